@@ -1,0 +1,47 @@
+# Everything here works on a fresh machine: it makes a virtual environment in
+# .venv, installs what is needed from PyPI and Debian, and builds.
+
+VENV := .venv
+BIN := $(VENV)/bin
+JOBS ?= 2
+CPP_FILES = $(shell git ls-files '*.h' '*.cc')
+READY := $(VENV)/.ready
+
+.PHONY: demo test build lint format stubs clean
+
+demo: build  ## Run scene `plane` and write its report to out/demo
+	$(BIN)/dual-proxy run plane --out out/demo
+
+test: build  ## Run every test, C++ and Python
+	$(BIN)/ctest --test-dir build --output-on-failure -j $(JOBS)
+	$(BIN)/python -m pytest
+
+build: $(READY)  ## Build and install into .venv, with the C++ tests
+	CMAKE_BUILD_PARALLEL_LEVEL=$(JOBS) $(BIN)/pip install --quiet \
+	  --no-build-isolation --no-deps -Cbuild-dir=build \
+	  -Ccmake.define.DUAL_PROXY_BUILD_TESTS=ON .
+
+$(READY): pyproject.toml constraints.txt
+	cmake/install_debian_packages
+	python3 -m venv $(VENV)
+	$(BIN)/pip install --quiet --upgrade pip
+	$(BIN)/python cmake/list_requirements.py > $(VENV)/requirements.txt
+	$(BIN)/pip install --quiet -c constraints.txt -r $(VENV)/requirements.txt
+	touch $@
+
+lint: build  ## Check formatting, style and types; change nothing
+	$(BIN)/clang-format --dry-run --Werror $(CPP_FILES)
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+format: $(READY)  ## Format C++ and Python in place
+	$(BIN)/clang-format -i $(CPP_FILES)
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+stubs: build  ## Regenerate plugin/dual_proxy/_core.pyi from the bindings
+	$(BIN)/python cmake/generate_stubs.py plugin/dual_proxy/_core.pyi
+
+clean:
+	rm -rf build out

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pybind11/pybind11.h>
+
+namespace dual_proxy {
+
+void BindLink(pybind11::module_& m);
+void BindProxy(pybind11::module_& m);
+void BindPerception(pybind11::module_& m);
+void BindControl(pybind11::module_& m);
+void BindSimulation(pybind11::module_& m);
+void BindBaselines(pybind11::module_& m);
+void BindSides(pybind11::module_& m);
+
+}  // namespace dual_proxy
+
+// In the order of dependence: a default argument's type is bound before it is
+// used.
+PYBIND11_MODULE(_core, m) {
+  m.doc() = "The Drake-free algorithms of dual_proxy.";
+  dual_proxy::BindLink(m);
+  dual_proxy::BindProxy(m);
+  dual_proxy::BindPerception(m);
+  dual_proxy::BindControl(m);
+  dual_proxy::BindSimulation(m);
+  dual_proxy::BindBaselines(m);
+  dual_proxy::BindSides(m);
+}

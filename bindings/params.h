@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include <Eigen/Core>
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+/** @file
+What every file of bindings/ shares: arrays whose shape is checked with an error
+that names the argument, enums as lower-case strings, and one way to bind the
+plain `...Params` and `...State` structs. */
+
+namespace dual_proxy {
+
+namespace py = pybind11;
+
+/** "name: expected float64 of shape (3,), got shape (2,)" as ValueError. */
+[[noreturn]] void ThrowShape(const char* name, const std::string& expected,
+                             const py::handle& got);
+
+/** An array of doubles made from any Python value, or a ValueError that names
+it. */
+py::array_t<double, py::array::forcecast> AsArray(const py::handle& value,
+                                                  const char* name,
+                                                  const std::string& expected);
+
+/** Fixed-size vector or matrix from an array-like of exactly that shape.
+@throws ValueError naming `name`, the expected and the received shape. */
+template <typename Matrix>
+Matrix AsFixed(const py::handle& value, const char* name) {
+  constexpr int kRows = Matrix::RowsAtCompileTime;
+  constexpr int kCols = Matrix::ColsAtCompileTime;
+  static_assert(kRows != Eigen::Dynamic && kCols != Eigen::Dynamic);
+  const std::string expected =
+      kCols == 1 ? "(" + std::to_string(kRows) + ",)"
+                 : "(" + std::to_string(kRows) + ", " + std::to_string(kCols) +
+                       ")";
+  const auto array = AsArray(value, name, expected);
+  Matrix result;
+  if constexpr (kCols == 1) {
+    if (array.ndim() != 1 || array.shape(0) != kRows) {
+      ThrowShape(name, expected, array);
+    }
+    const auto view = array.template unchecked<1>();
+    for (int i = 0; i < kRows; ++i) result(i) = view(i);
+  } else {
+    if (array.ndim() != 2 || array.shape(0) != kRows ||
+        array.shape(1) != kCols) {
+      ThrowShape(name, expected, array);
+    }
+    const auto view = array.template unchecked<2>();
+    for (int i = 0; i < kRows; ++i) {
+      for (int j = 0; j < kCols; ++j) result(i, j) = view(i, j);
+    }
+  }
+  return result;
+}
+
+inline Eigen::Vector3d Vec3(const py::handle& value, const char* name) {
+  return AsFixed<Eigen::Vector3d>(value, name);
+}
+
+inline Eigen::Matrix3d Mat3(const py::handle& value, const char* name) {
+  return AsFixed<Eigen::Matrix3d>(value, name);
+}
+
+/** Names of an enum's values in Python. Specialise it beside the binding:
+
+    template <>
+    struct EnumStrings<Handover> {
+      static constexpr std::pair<Handover, const char*> kValues[] = {
+          {Handover::kPrinted, "printed"}, {Handover::kBumpless, "bumpless"}};
+    };
+*/
+template <typename Enum>
+struct EnumStrings;
+
+template <typename Enum>
+const char* EnumToString(Enum value) {
+  for (const auto& [candidate, string] : EnumStrings<Enum>::kValues) {
+    if (candidate == value) return string;
+  }
+  return "?";
+}
+
+/** @throws ValueError that names the field and lists what is allowed. */
+template <typename Enum>
+Enum EnumFromString(const py::handle& value, const char* name) {
+  std::string allowed;
+  for (const auto& [candidate, string] : EnumStrings<Enum>::kValues) {
+    if (py::isinstance<py::str>(value) &&
+        value.cast<std::string>() == string) {
+      return candidate;
+    }
+    allowed += (allowed.empty() ? "\"" : ", \"") + std::string(string) + "\"";
+  }
+  throw py::value_error("field `" + std::string(name) + "` expected one of " +
+                        allowed + ", got " +
+                        py::repr(value).cast<std::string>());
+}
+
+/** A field's value from Python: a number, an enum's name, an array of the exact
+shape, or nested Params. @throws TypeError or ValueError naming the field. */
+template <typename T>
+T FieldFromPython(const py::handle& value, const char* name) {
+  if constexpr (std::is_enum_v<T>) {
+    return EnumFromString<T>(value, name);
+  } else if constexpr (std::is_base_of_v<Eigen::MatrixBase<T>, T>) {
+    return AsFixed<T>(value, name);
+  } else {
+    const bool is_bool = py::isinstance<py::bool_>(value);
+    const char* expected = std::is_same_v<T, bool>       ? "true or false"
+                           : std::is_integral_v<T>       ? "an integer"
+                           : std::is_floating_point_v<T> ? "a number"
+                                                         : nullptr;
+    try {
+      if (std::is_arithmetic_v<T> && is_bool != std::is_same_v<T, bool>) {
+        throw py::cast_error();
+      }
+      return value.cast<T>();
+    } catch (const py::cast_error&) {
+      throw py::type_error(
+          "field `" + std::string(name) + "` expected " +
+          (expected ? std::string(expected)
+                    : py::type::of<T>().attr("__name__").template cast<
+                          std::string>()) +
+          ", got " + py::repr(value).cast<std::string>());
+    }
+  }
+}
+
+/** Sets attributes from keyword arguments. @throws TypeError for a key that is
+no field. */
+void SetFields(const py::object& self, const py::dict& values);
+/** "FooParams(delay=0.0, ...)". */
+std::string FieldsRepr(const py::object& self);
+/** All fields as a dict, in declaration order. */
+py::dict FieldsDict(const py::object& self);
+/** Field by field, arrays element by element. */
+bool FieldsEqual(const py::object& self, const py::object& other);
+
+/** Binds a `...Params` struct: keyword constructor, read and write attributes
+(arrays are copies marked read-only, so that writing to an element is an error
+and not silently lost), `fields` (name -> doc), `validate()`, repr, equality,
+copy, deepcopy and pickle. */
+template <typename Params>
+class BindParams {
+ public:
+  BindParams(py::module_& m, const char* name, const char* doc)
+      : class_(m, name, doc) {
+    class_.attr("fields") = py::dict();
+    class_
+        .def(py::init([](const py::kwargs& kwargs) {
+               Params params;
+               // A view of the stack object: only for setting its fields.
+               const py::object self =
+                   py::cast(&params, py::return_value_policy::reference);
+               SetFields(self, kwargs);
+               params.Validate();
+               return params;
+             }),
+             "Keyword arguments are the fields; the rest have their defaults.\n"
+             "Raises TypeError for an unknown field, ValueError for a value "
+             "out of range.")
+        .def("validate", &Params::Validate,
+             "Raises ValueError naming the field, the range and the value.")
+        .def("__repr__", &FieldsRepr)
+        .def("__eq__", &FieldsEqual)
+        .def("__copy__", [](const Params& self) { return Params(self); })
+        .def(
+            "__deepcopy__",
+            [](const Params& self, const py::dict&) { return Params(self); },
+            py::arg("memo"))
+        .def(py::pickle([](const py::object& self) { return FieldsDict(self); },
+                        [](const py::dict& values) {
+                          Params params;
+                          const py::object self = py::cast(
+                              &params, py::return_value_policy::reference);
+                          SetFields(self, values);
+                          return params;
+                        }));
+    class_.attr("__hash__") = py::none();
+  }
+
+  template <typename T>
+  BindParams& Field(const char* name, T Params::*member, const char* doc) {
+    class_.attr("fields")[name] = doc;
+    const auto set = [member, name](Params& self, const py::object& value) {
+      self.*member = FieldFromPython<T>(value, name);
+    };
+    if constexpr (std::is_enum_v<T>) {
+      class_.def_property(
+          name,
+          [member](const Params& self) { return EnumToString(self.*member); },
+          set, doc);
+    } else if constexpr (std::is_base_of_v<Eigen::MatrixBase<T>, T>) {
+      class_.def_property(
+          name,
+          [member](const Params& self) {
+            const py::object array = py::cast(T(self.*member));
+            array.attr("flags").attr("writeable") = false;
+            return py::array_t<double>(array);
+          },
+          set, doc);
+    } else if constexpr (std::is_arithmetic_v<T>) {
+      class_.def_property(
+          name, [member](const Params& self) { return self.*member; }, set,
+          doc);
+    } else {
+      class_.def_property(
+          name, [member](Params& self) -> T& { return self.*member; }, set,
+          py::return_value_policy::reference_internal, doc);
+    }
+    return *this;
+  }
+
+  py::class_<Params>& py_class() { return class_; }
+
+ private:
+  py::class_<Params> class_;
+};
+
+/** Binds a `...State` struct as a copyable value (`copy`, `deepcopy`). It is
+made by its algorithm's `make_state()`, never by hand. */
+template <typename State>
+py::class_<State> BindState(py::module_& m, const char* name, const char* doc) {
+  return py::class_<State>(m, name, doc)
+      .def("__copy__", [](const State& self) { return State(self); })
+      .def(
+          "__deepcopy__",
+          [](const State& self, const py::dict&) { return State(self); },
+          py::arg("memo"));
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace dual_proxy {
+
+/** Gain g of the first-order low-pass y += g (x - y) with the given cutoff
+frequency (Hz) and sample period (s): g = 1 - exp(-2 pi cutoff period), the
+exact discretisation for input held over a sample. A cutoff of 0 means "no
+filter": g = 1. */
+double LowPassGain(double cutoff_hz, double period) noexcept;
+
+}  // namespace dual_proxy

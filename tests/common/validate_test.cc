@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/common/validate.h"
+
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace dual_proxy {
+namespace {
+
+template <typename Check>
+std::string MessageOf(Check check) {
+  try {
+    check();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "nothing thrown";
+}
+
+TEST(ValidateTest, MessageNamesWhoFieldRangeAndValue) {
+  EXPECT_EQ(MessageOf([] { ThrowUnlessInRange("Who", "field", 3, 0, 2); }),
+            "Who: field `field` expected a value in [0, 2], got 3");
+  EXPECT_EQ(MessageOf([] { ThrowUnlessPositive("Who", "field", 0); }),
+            "Who: field `field` expected a finite value > 0, got 0");
+  EXPECT_EQ(MessageOf([] { ThrowUnlessNonNegative("Who", "field", -1); }),
+            "Who: field `field` expected a finite value >= 0, got -1");
+}
+
+TEST(ValidateTest, BoundsAreInclusiveAndNanIsNeverInRange) {
+  EXPECT_NO_THROW(ThrowUnlessInRange("Who", "field", 0, 0, 2));
+  EXPECT_NO_THROW(ThrowUnlessInRange("Who", "field", 2, 0, 2));
+  EXPECT_THROW(ThrowUnlessInRange(
+                   "Who", "field", std::numeric_limits<double>::quiet_NaN(), 0,
+                   2),
+               std::invalid_argument);
+  EXPECT_THROW(ThrowUnlessPositive("Who", "field",
+                                   std::numeric_limits<double>::infinity()),
+               std::invalid_argument);
+}
+
+TEST(ValidateTest, FiniteAndRotation) {
+  EXPECT_NO_THROW(ThrowUnlessFinite("Who", "p", Eigen::Vector3d::Zero()));
+  EXPECT_EQ(MessageOf([] {
+              ThrowUnlessFinite(
+                  "Who", "p",
+                  Eigen::Vector2d(1, std::numeric_limits<double>::infinity()));
+            }),
+            "Who: field `p` expected finite values, got [1, inf]");
+  EXPECT_NO_THROW(
+      ThrowUnlessRotation("Who", "R", Eigen::Matrix3d::Identity()));
+  EXPECT_THROW(ThrowUnlessRotation("Who", "R", -Eigen::Matrix3d::Identity()),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace dual_proxy
