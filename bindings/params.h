@@ -115,23 +115,27 @@ T FieldFromPython(const py::handle& value, const char* name) {
   } else if constexpr (std::is_base_of_v<Eigen::MatrixBase<T>, T>) {
     return AsFixed<T>(value, name);
   } else {
-    const bool is_bool = py::isinstance<py::bool_>(value);
-    const char* expected = std::is_same_v<T, bool>       ? "true or false"
-                           : std::is_integral_v<T>       ? "an integer"
-                           : std::is_floating_point_v<T> ? "a number"
-                                                         : nullptr;
+    std::string expected;
+    if constexpr (std::is_same_v<T, bool>) {
+      expected = "true or false";
+    } else if constexpr (std::is_integral_v<T>) {
+      expected = "an integer";
+    } else if constexpr (std::is_floating_point_v<T>) {
+      expected = "a number";
+    } else {
+      expected = py::type::of<T>().attr("__name__").template cast<std::string>();
+    }
     try {
-      if (std::is_arithmetic_v<T> && is_bool != std::is_same_v<T, bool>) {
+      // Python's True is the integer 1; here it is neither number nor integer.
+      if (std::is_arithmetic_v<T> &&
+          py::isinstance<py::bool_>(value) != std::is_same_v<T, bool>) {
         throw py::cast_error();
       }
       return value.cast<T>();
     } catch (const py::cast_error&) {
-      throw py::type_error(
-          "field `" + std::string(name) + "` expected " +
-          (expected ? std::string(expected)
-                    : py::type::of<T>().attr("__name__").template cast<
-                          std::string>()) +
-          ", got " + py::repr(value).cast<std::string>());
+      throw py::type_error("field `" + std::string(name) + "` expected " +
+                           expected + ", got " +
+                           py::repr(value).cast<std::string>());
     }
   }
 }

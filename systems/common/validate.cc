@@ -22,7 +22,7 @@ template <typename Value>
 
 const Eigen::IOFormat& OneLine() {
   static const Eigen::IOFormat format(6, Eigen::DontAlignCols, ", ", ", ", "[",
-                                      "]", "[", "]");
+                                      "]");
   return format;
 }
 

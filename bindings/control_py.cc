@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/control/force_loop.h"
+#include "dual_proxy/control/haptic_controller.h"
+#include "dual_proxy/control/operational_space_controller.h"
+#include "dual_proxy/control/passivity_controller.h"
+#include "dual_proxy/control/selection_blend.h"
+#include "params.h"
+
+namespace dual_proxy {
+
+namespace {
+
+// Arrays and messages are handed out as copies: the state goes on changing.
+constexpr auto kCopy = py::return_value_policy::copy;
+
+Vector6 Vec6(const py::handle& value, const char* name) {
+  return AsFixed<Vector6>(value, name);
+}
+
+Vector7 Vec7(const py::handle& value, const char* name) {
+  return AsFixed<Vector7>(value, name);
+}
+
+void BindPassivity(py::module_& m) {
+  using P = TimeDomainPassivityParams;
+  BindParams<P>(m, "TimeDomainPassivityParams",
+                "Parameters of TimeDomainPassivity; for moments N m s/rad "
+                "instead of N s/m.")
+      .Field("enabled", &P::enabled,
+             "false: energy is observed, nothing is injected; default true")
+      .Field("initial_energy", &P::initial_energy,
+             "J, [0, max_energy]: spent before damping begins, default 0.002")
+      .Field("max_energy", &P::max_energy,
+             "J, > 0: cap of the observed energy, default 0.002")
+      .Field("max_damping", &P::max_damping,
+             "N s/m, >= 0: injected when no energy is left, default 500")
+      .Field("damping_margin", &P::damping_margin,
+             "N s/m, [0, max_damping]: dissipation demanded on balance, "
+             "default 150")
+      .Field("actuation_delay", &P::actuation_delay,
+             "periods, 0 to 7: from command to its acting, default 1")
+      .Field("period", &P::period, "s, > 0, default 0.001");
+  BindState<TimeDomainPassivityState>(m, "TimeDomainPassivityState",
+                                      "Memory of TimeDomainPassivity.")
+      .def_readonly("energy", &TimeDomainPassivityState::energy, "J")
+      .def_readonly("damping", &TimeDomainPassivityState::damping,
+                    "N s/m, injected last")
+      .def_readonly("dissipated", &TimeDomainPassivityState::dissipated,
+                    "J, by injection");
+  py::class_<TimeDomainPassivity>(
+      m, "TimeDomainPassivity",
+      "Time-domain passivity observer and controller of a force port.")
+      .def(py::init<P>(), py::arg("params") = P{})
+      .def_property_readonly("params", &TimeDomainPassivity::params,
+                             py::return_value_policy::copy)
+      .def("make_state", &TimeDomainPassivity::MakeState)
+      .def(
+          "update",
+          [](const TimeDomainPassivity& self, const py::object& feedback_force,
+             const py::object& velocity, const py::object& force_selection,
+             TimeDomainPassivityState& state) {
+            return self.Update(Vec3(feedback_force, "feedback_force"),
+                               Vec3(velocity, "velocity"),
+                               Mat3(force_selection, "force_selection"),
+                               &state);
+          },
+          py::arg("feedback_force"), py::arg("velocity"),
+          py::arg("force_selection"), py::arg("state"),
+          "Advances `state` by one period. Takes F_f - F_r without injection "
+          "(3,), N; v_BE (3,), m/s; Omega_f (3, 3); in B.\n"
+          "Returns the force to inject, (3,), N.");
+}
+
+void BindSelectionBlend(py::module_& m) {
+  using P = SelectionBlendParams;
+  BindParams<P>(m, "SelectionBlendParams", "Parameters of SelectionBlend.")
+      .Field("blend_time", &P::blend_time,
+             "s, >= 0: in which a new selection takes over; 0 switches at "
+             "once, default 0.03")
+      .Field("period", &P::period, "s, > 0, default 0.001");
+  BindState<SelectionBlendState>(m, "SelectionBlendState",
+                                 "Memory of SelectionBlend.")
+      .def_readonly("blended", &SelectionBlendState::blended, kCopy,
+                    "(3, 3): what is in force now")
+      .def_readonly("progress", &SelectionBlendState::progress,
+                    "0 at a change, 1 when it is complete");
+  py::class_<SelectionBlend>(
+      m, "SelectionBlend",
+      "Replaces the switch of a selection matrix by a linear blend.")
+      .def(py::init<P>(), py::arg("params") = P{})
+      .def_property_readonly("params", &SelectionBlend::params,
+                             py::return_value_policy::copy)
+      .def("make_state", &SelectionBlend::MakeState)
+      .def(
+          "update",
+          [](const SelectionBlend& self, const py::object& selection,
+             SelectionBlendState& state) {
+            return Eigen::Matrix3d(
+                self.Update(Mat3(selection, "selection"), &state));
+          },
+          py::arg("selection"), py::arg("state"),
+          "Advances `state` by one period. Takes a projection (3, 3), returns "
+          "the blend (3, 3).");
+}
+
+void BindForceLoop(py::module_& m) {
+  using P = ForceLoopParams;
+  BindParams<P>(m, "ForceLoopParams",
+                "Parameters of ForceLoop; for moments N m and N m s/rad.")
+      .Field("gain", &P::gain, "Kpf, >= 0, default 2.5")
+      .Field("integral_gain", &P::integral_gain, "Kif, 1/s, >= 0, default 5.5")
+      .Field("damping", &P::damping, "Kvf, N s/m, >= 0, default 20")
+      .Field("max_integral_force", &P::max_integral_force,
+             "N, >= 0: bound of the integral's force, default 10")
+      .Field("filter_cutoff", &P::filter_cutoff,
+             "Hz, >= 0: low-pass on the sensed force, 0 is off, default 100")
+      .Field("release_time", &P::release_time,
+             "s, >= 0: in which a cut-off integral fades, default 0.03")
+      .Field("passivity", &P::passivity, "its period is ignored")
+      .Field("period", &P::period, "s, > 0, default 0.001");
+  BindState<ForceLoopState>(m, "ForceLoopState", "Memory of ForceLoop.")
+      .def_readonly("sensed", &ForceLoopState::sensed, kCopy,
+                    "(3,), N, filtered F_s")
+      .def_readonly("integral", &ForceLoopState::integral, kCopy, "(3,), N s")
+      .def_readonly("released", &ForceLoopState::released, kCopy,
+                    "(3,), N, fading")
+      .def_readonly("passivity", &ForceLoopState::passivity);
+  py::class_<ForceLoop>(m, "ForceLoop",
+                        "Force loop of eq. (13) with passivity controller.")
+      .def(py::init<P>(), py::arg("params") = P{})
+      .def_property_readonly("params", &ForceLoop::params,
+                             py::return_value_policy::copy)
+      .def("make_state", &ForceLoop::MakeState)
+      .def(
+          "update",
+          [](const ForceLoop& self, const py::object& reference,
+             const py::object& sensed, const py::object& velocity,
+             const py::object& selection, const py::object& blended,
+             ForceLoopState& state) {
+            return self.Update(
+                Vec3(reference, "reference"), Vec3(sensed, "sensed"),
+                Vec3(velocity, "velocity"), Mat3(selection, "selection"),
+                Mat3(blended, "blended"), &state);
+          },
+          py::arg("reference"), py::arg("sensed"), py::arg("velocity"),
+          py::arg("selection"), py::arg("blended"), py::arg("state"),
+          "Advances `state` by one period. Takes F_r, F_s (3,), N; v_BE (3,), "
+          "m/s; Omega_f and its blend (3, 3); in B.\nReturns F_f, (3,), N.");
+}
+
+void BindOperationalSpaceController(py::module_& m) {
+  using P = OperationalSpaceControllerParams;
+  BindParams<P>(m, "OperationalSpaceControllerParams",
+                "Parameters of OperationalSpaceController.")
+      .Field("position_stiffness", &P::position_stiffness,
+             "Kpm, 1/s^2, >= 0, default 500")
+      .Field("position_damping", &P::position_damping,
+             "Kvm, 1/s, >= 0, default 40")
+      .Field("rotation_stiffness", &P::rotation_stiffness,
+             "1/s^2, >= 0, default 600")
+      .Field("rotation_damping", &P::rotation_damping, "1/s, >= 0, default 38")
+      .Field("force_gain", &P::force_gain, "Kpf, >= 0, default 2.5")
+      .Field("force_integral_gain", &P::force_integral_gain,
+             "Kif, 1/s, >= 0, default 5.5")
+      .Field("force_damping", &P::force_damping, "Kvf, N s/m, >= 0, default 20")
+      .Field("max_integral_force", &P::max_integral_force,
+             "N, >= 0, default 10")
+      .Field("moment_gain", &P::moment_gain, ">= 0, default 2.5")
+      .Field("moment_integral_gain", &P::moment_integral_gain,
+             "1/s, >= 0, default 5.5")
+      .Field("moment_damping", &P::moment_damping,
+             "N m s/rad, >= 0, default 0.8")
+      .Field("max_integral_moment", &P::max_integral_moment,
+             "N m, >= 0, default 1")
+      .Field("force_filter_cutoff", &P::force_filter_cutoff,
+             "Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100")
+      .Field("feed_forward", &P::feed_forward,
+             "proxy's velocity and acceleration fed forward; false: as "
+             "printed; default true")
+      .Field("selection_blend_time", &P::selection_blend_time,
+             "s, >= 0; 0 switches at once, as printed; default 0.03")
+      .Field("passivity", &P::passivity,
+             "passivity controllers on; default true")
+      .Field("force_passivity", &P::force_passivity,
+             "of the force loop; its enabled and period are ignored")
+      .Field("moment_passivity", &P::moment_passivity,
+             "of the moment loop; its enabled and period are ignored")
+      .Field("unit_mass_motion_force", &P::unit_mass_motion_force,
+             "output motion_force is Lambda^-1 F_m; false: F_m as printed; "
+             "default true")
+      .Field("q_rest", &P::q_rest, "(7,), rad: posture in the null space")
+      .Field("posture_stiffness", &P::posture_stiffness,
+             "1/s^2, >= 0, default 25")
+      .Field("posture_damping", &P::posture_damping, "1/s, >= 0, default 10")
+      .Field("max_mass", &P::max_mass,
+             "kg, > 0: bound of the apparent mass, default 50")
+      .Field("characteristic_length", &P::characteristic_length,
+             "m, > 0: turns inertia into mass for max_mass, default 0.2")
+      .Field("torque_limit", &P::torque_limit, "(7,), N m, > 0")
+      .Field("torque_rate_limit", &P::torque_rate_limit,
+             "N m/s, > 0, default 1000")
+      .Field("period", &P::period, "s, > 0, default 0.001");
+
+  using O = OperationalSpaceControllerOutput;
+  BindState<O>(m, "OperationalSpaceControllerOutput",
+               "Results of one cycle, in B.")
+      .def_readonly("torque", &O::torque, kCopy,
+                    "(7,), N m, gravity compensated")
+      .def_readonly("motion_force", &O::motion_force, kCopy, "(3,), N")
+      .def_readonly("motion_moment", &O::motion_moment, kCopy, "(3,), N m")
+      .def_readonly("contact_force", &O::contact_force, kCopy, "F_f, (3,), N")
+      .def_readonly("contact_moment", &O::contact_moment, kCopy,
+                    "M_f, (3,), N m")
+      .def_readonly("observed_energy", &O::observed_energy, "J, force loop")
+      .def_readonly("injected_damping", &O::injected_damping,
+                    "N s/m, force loop")
+      .def_readonly("observed_moment_energy", &O::observed_moment_energy,
+                    "J, moment loop")
+      .def_readonly("injected_moment_damping", &O::injected_moment_damping,
+                    "N m s/rad, moment loop");
+
+  using S = OperationalSpaceControllerState;
+  BindState<S>(m, "OperationalSpaceControllerState",
+               "Memory of OperationalSpaceController.")
+      .def_readonly("force_selection", &S::force_selection)
+      .def_readonly("moment_selection", &S::moment_selection)
+      .def_readonly("force", &S::force)
+      .def_readonly("moment", &S::moment)
+      .def_readonly("torque", &S::torque, kCopy, "(7,), N m, sent last")
+      .def_readonly("bad_inputs", &S::bad_inputs, "cycles refused")
+      .def_readonly("singular", &S::singular,
+                    "cycles in which Lambda was bounded")
+      .def_readonly("torque_limited", &S::torque_limited,
+                    "cycles in which torque_limit acted")
+      .def_readonly("rate_limited", &S::rate_limited,
+                    "cycles in which torque_rate_limit acted");
+
+  py::class_<OperationalSpaceController>(
+      m, "OperationalSpaceController",
+      "Unified force/motion control in operational space, eq. (10) to (17).")
+      .def(py::init<P>(), py::arg("params") = P{})
+      .def_property_readonly("params", &OperationalSpaceController::params,
+                             py::return_value_policy::copy)
+      .def("make_state", &OperationalSpaceController::MakeState)
+      .def(
+          "update",
+          [](const OperationalSpaceController& self, const py::object& jacobian,
+             const py::object& mass, const py::object& bias,
+             const py::object& gravity, const py::object& jdot_v,
+             const py::object& q, const py::object& v,
+             const py::object& motion_error, const py::object& rotation_error,
+             const py::object& proxy_velocity,
+             const py::object& proxy_acceleration,
+             const py::object& reference_force,
+             const py::object& reference_moment,
+             const py::object& force_selection,
+             const py::object& moment_selection,
+             const py::object& sensed_wrench, S& state) {
+            return self.Update(
+                {.model = {.J_BE = AsFixed<Matrix67>(jacobian, "jacobian"),
+                           .mass = AsFixed<Matrix7>(mass, "mass"),
+                           .bias = Vec7(bias, "bias"),
+                           .gravity = Vec7(gravity, "gravity"),
+                           .Jdot_v = Vec6(jdot_v, "jdot_v")},
+                 .q = Vec7(q, "q"),
+                 .v = Vec7(v, "v"),
+                 .motion_error = Vec3(motion_error, "motion_error"),
+                 .rotation_error = Vec3(rotation_error, "rotation_error"),
+                 .proxy_velocity = Vec6(proxy_velocity, "proxy_velocity"),
+                 .proxy_acceleration =
+                     Vec6(proxy_acceleration, "proxy_acceleration"),
+                 .reference_force = Vec3(reference_force, "reference_force"),
+                 .reference_moment = Vec3(reference_moment, "reference_moment"),
+                 .force_selection = Mat3(force_selection, "force_selection"),
+                 .moment_selection = Mat3(moment_selection, "moment_selection"),
+                 .sensed_wrench = Vec6(sensed_wrench, "sensed_wrench")},
+                &state);
+          },
+          py::arg("jacobian"), py::arg("mass"), py::arg("bias"),
+          py::arg("gravity"), py::arg("jdot_v"), py::arg("q"), py::arg("v"),
+          py::arg("motion_error"), py::arg("rotation_error"),
+          py::arg("proxy_velocity"), py::arg("proxy_acceleration"),
+          py::arg("reference_force"), py::arg("reference_moment"),
+          py::arg("force_selection"), py::arg("moment_selection"),
+          py::arg("sensed_wrench"), py::arg("state"),
+          "Advances `state` by one period. Six-vectors are [linear; angular] "
+          "or [force; moment], in B; jacobian (6, 7), mass (7, 7), bias "
+          "(7,) without gravity, gravity (7,) as Drake's "
+          "CalcGravityGeneralizedForces.\n"
+          "Returns an OperationalSpaceControllerOutput.");
+
+  m.def(
+      "calc_operational_space_inertia",
+      [](const py::object& jacobian, const py::object& mass, double max_mass,
+         double length) {
+        const OperationalSpaceInertia inertia = CalcOperationalSpaceInertia(
+            AsFixed<Matrix67>(jacobian, "jacobian"),
+            AsFixed<Matrix7>(mass, "mass"), max_mass, length);
+        if (!inertia.valid) {
+          throw py::value_error("mass: expected a positive definite matrix");
+        }
+        return py::make_tuple(inertia.Lambda, inertia.singular);
+      },
+      py::arg("jacobian"), py::arg("mass"), py::arg("max_mass") = P{}.max_mass,
+      py::arg("length") = P{}.characteristic_length,
+      "Returns (Lambda, singular): (J A^-1 J^T)^-1 bounded, (6, 6), in B, and "
+      "whether the bound acted.");
+}
+
+void BindHapticController(py::module_& m) {
+  using P = HapticControllerParams;
+  BindParams<P>(m, "HapticControllerParams", "Parameters of HapticController.")
+      .Field("force_damping", &P::force_damping,
+             "Kvf_h, N s/m, >= 0, default 27")
+      .Field("max_force", &P::max_force, "N, >= 0, default 12")
+      .Field("max_moment", &P::max_moment, "N m, >= 0, default 0")
+      .Field("period", &P::period, "s, > 0, default 0.001");
+  BindState<HapticControllerState>(m, "HapticControllerState",
+                                   "Memory of HapticController.")
+      .def_readonly("bad_inputs", &HapticControllerState::bad_inputs,
+                    "cycles refused");
+  py::class_<HapticController>(
+      m, "HapticController",
+      "Open-loop force control of the haptic device, eq. (18).")
+      .def(py::init<P>(), py::arg("params") = P{})
+      .def_property_readonly("params", &HapticController::params,
+                             py::return_value_policy::copy)
+      .def("make_state", &HapticController::MakeState)
+      .def(
+          "update",
+          [](const HapticController& self, const py::object& reference_force,
+             const py::object& reference_moment,
+             const py::object& device_velocity,
+             const py::object& force_selection, HapticControllerState& state) {
+            return self.Update(Vec3(reference_force, "reference_force"),
+                               Vec3(reference_moment, "reference_moment"),
+                               Vec6(device_velocity, "device_velocity"),
+                               Mat3(force_selection, "force_selection"),
+                               &state);
+          },
+          py::arg("reference_force"), py::arg("reference_moment"),
+          py::arg("device_velocity"), py::arg("force_selection"),
+          py::arg("state"),
+          "Takes F_h (3,), N, M_h (3,), N m, v_h (6,) [linear; angular], "
+          "Omega_fh (3, 3); in D.\nReturns the device wrench (6,) [force; "
+          "moment] on the hand, in D.");
+}
+
+}  // namespace
+
+void BindControl(py::module_& m) {
+  BindPassivity(m);
+  BindSelectionBlend(m);
+  BindForceLoop(m);
+  BindOperationalSpaceController(m);
+  BindHapticController(m);
+}
+
+}  // namespace dual_proxy

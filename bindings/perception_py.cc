@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/perception/force_space_particle_filter.h"
+#include "params.h"
+
+namespace dual_proxy {
+
+template <>
+struct EnumStrings<Likelihood> {
+  static constexpr std::pair<Likelihood, const char*> kValues[] = {
+      {Likelihood::kPaper, "paper"}};
+};
+
+template <>
+struct EnumStrings<FilterStatus> {
+  static constexpr std::pair<FilterStatus, const char*> kValues[] = {
+      {FilterStatus::kOk, "ok"},
+      {FilterStatus::kBadInput, "bad_input"},
+      {FilterStatus::kAllWeightsZero, "all_weights_zero"}};
+};
+
+namespace {
+
+using Algorithm = ForceSpaceParticleFilter;
+using Params = ForceSpaceParticleFilterParams;
+using State = ForceSpaceParticleFilterState;
+using Thresholds = ForceSpaceParticleFilterThresholds;
+
+constexpr const char* kUpdateDoc =
+    "Advances the particles by one period and computes the spaces.\n\n"
+    "sensed_force: F_s, (3,), N, in B: robot on environment, mean over the "
+    "period.\n"
+    "velocity: v_BE, (3,), m/s, in B, mean over the period.\n"
+    "motion_force: F_m, (3,), N, in B: command in motion space.\n"
+    "contact_force: F_f, (3,), N, in B: command in force space.\n"
+    "Returns \"ok\", \"bad_input\" (not finite: refused and counted, nothing "
+    "else changes) or \"all_weights_zero\" (moved particles kept, centre "
+    "added, "
+    "counted).";
+
+constexpr const char* kPriorDoc =
+    "Replaces the expected normals, which hold until they are replaced.\n\n"
+    "normals: (3, k), 0 <= k <= 8, in B, into the surface; normalised here.\n"
+    "Raises ValueError unless all are finite and longer than epsilon.";
+
+/** Algorithm and state in one, for scripts. */
+struct Filter {
+  Filter(const Params& params, std::uint64_t seed)
+      : algorithm(params), state(algorithm.MakeState(seed)) {}
+
+  Algorithm algorithm;
+  State state;
+};
+
+void ThrowUnlessCompatible(const Algorithm& algorithm, const State& state) {
+  if (algorithm.IsCompatible(state)) return;
+  throw py::value_error(
+      "state: expected the state of a filter with num_particles=" +
+      std::to_string(algorithm.params().num_particles) +
+      " and prior_particles=" +
+      std::to_string(algorithm.params().prior_particles) +
+      ", got one with another number");
+}
+
+const char* Update(const Algorithm& algorithm, const py::object& sensed_force,
+                   const py::object& velocity, const py::object& motion_force,
+                   const py::object& contact_force, State* state) {
+  return EnumToString(algorithm.Update(
+      Vec3(sensed_force, "sensed_force"), Vec3(velocity, "velocity"),
+      Vec3(motion_force, "motion_force"), Vec3(contact_force, "contact_force"),
+      state));
+}
+
+void SetPrior(const Algorithm& algorithm, const py::object& normals,
+              State* state) {
+  const char* expected = "(3, k) with k <= 8";
+  const auto array = AsArray(normals, "normals", expected);
+  if (array.ndim() != 2 || array.shape(0) != 3 ||
+      array.shape(1) > Algorithm::kMaxPriors) {
+    ThrowShape("normals", expected, array);
+  }
+  Eigen::Matrix3Xd matrix(3, array.shape(1));
+  const auto view = array.unchecked<2>();
+  for (py::ssize_t i = 0; i < 3; ++i) {
+    for (py::ssize_t j = 0; j < array.shape(1); ++j) matrix(i, j) = view(i, j);
+  }
+  if (algorithm.SetPrior(matrix, state) != FilterStatus::kOk) {
+    throw py::value_error(
+        "normals: expected finite vectors longer than epsilon, got " +
+        py::repr(array).cast<std::string>());
+  }
+}
+
+/** What the filter found, for the state and for the filter alike. */
+template <typename Class, typename GetState>
+void DefResult(py::class_<Class>* cls, GetState get) {
+  const auto def = [cls, get](const char* name, auto member, const char* doc) {
+    cls->def_property_readonly(
+        name, [get, member](const Class& self) { return get(self).*member; },
+        doc);
+  };
+  def("particles", &State::particles,
+      "(3, n), in B: unit vectors into the surface, or zero for no contact. A "
+      "copy.");
+  def("dimension", &State::dimension,
+      "0 to 3: number of directions in force space.");
+  def("force_selection", &State::force_selection,
+      "Omega_f, (3, 3), in B: orthogonal projection onto force space.");
+  def("motion_selection", &State::motion_selection,
+      "Omega_m = I - Omega_f, (3, 3), in B.");
+  def("singular_values", &State::singular_values,
+      "(3,), decreasing: of the particles.");
+  def("singular_vectors", &State::singular_vectors,
+      "U, (3, 3), vectors as columns, in B, right-handed; U1 points into the "
+      "surface.");
+  cls->def_property_readonly(
+      "prior",
+      [get](const Class& self) -> Eigen::Matrix3Xd {
+        return get(self).prior.leftCols(get(self).num_priors);
+      },
+      "(3, k), unit vectors in B: the expected normals.");
+  def("updates", &State::updates, "Number of updates carried out.");
+  def("all_weights_zero", &State::all_weights_zero,
+      "Number of updates in which nothing was likely.");
+  def("bad_inputs", &State::bad_inputs, "Number of calls refused.");
+}
+
+}  // namespace
+
+void BindPerception(py::module_& m) {
+  BindParams<Thresholds>(
+      m, "ForceSpaceParticleFilterThresholds",
+      "Corners of the force and the velocity ramp of the likelihood, eq. (6) "
+      "and (7).")
+      .Field("force_low", &Thresholds::force_low,
+             "f_l, N, >= 0: below it a contact is ruled out, default 0")
+      .Field("force_high", &Thresholds::force_high,
+             "f_h, N, > force_low: above it the force speaks fully for it, "
+             "default 3")
+      .Field("velocity_low", &Thresholds::velocity_low,
+             "v_l, m/s, >= 0: below it the velocity speaks fully for it, "
+             "default 0.001")
+      .Field("velocity_high", &Thresholds::velocity_high,
+             "v_h, m/s, > velocity_low: above it a contact is ruled out, "
+             "default 0.01");
+
+  BindParams<Params>(m, "ForceSpaceParticleFilterParams",
+                     "Parameters of ForceSpaceParticleFilter; the defaults are "
+                     "the paper's where it gives a number.")
+      .Field("num_particles", &Params::num_particles,
+             "n_p, 2 to 100000, default 1000")
+      .Field("period", &Params::period,
+             "s, > 0, time between updates, default 1/15")
+      .Field("likelihood", &Params::likelihood, "\"paper\"")
+      .Field("scatter_mean", &Params::scatter_mean,
+             "mean of the scatter per axis and update, -1 to 1, default 0")
+      .Field("scatter_std", &Params::scatter_std,
+             "standard deviation of the scatter per axis and update, 0 to 1, "
+             "default 0.025")
+      .Field("update_thresholds", &Params::update_thresholds,
+             "weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s")
+      .Field("resampling_thresholds", &Params::resampling_thresholds,
+             "weigh every particle, default 0, 3 N, 0.001, 0.01 m/s")
+      .Field("alpha_add", &Params::alpha_add,
+             "share of the largest singular value above which a direction is "
+             "added, in (0, 1), default 0.5")
+      .Field("alpha_remove", &Params::alpha_remove,
+             "share below which it is removed, in (0, alpha_add], default 0.1")
+      .Field("epsilon", &Params::epsilon,
+             "vectors no longer than this count as zero, 1e-12 to 0.1, default "
+             "1e-6")
+      .Field("prior_particles", &Params::prior_particles,
+             "particles that each prior normal adds to an update, 0 to 100000, "
+             "default 50");
+
+  auto state = BindState<State>(
+      m, "ForceSpaceParticleFilterState",
+      "What the filter remembers, and its result; with its random generator.");
+  DefResult(&state, [](const State& self) -> const State& { return self; });
+
+  py::class_<Algorithm>(m, "ForceSpaceParticleFilterAlgorithm",
+                        "The force-space particle filter without its state; "
+                        "see ForceSpaceParticleFilter.")
+      .def(py::init<const Params&>(), py::arg("params") = Params())
+      .def_property_readonly(
+          "params", [](const Algorithm& self) { return self.params(); })
+      .def("make_state", &Algorithm::MakeState, py::arg("seed") = 0,
+           "Every particle at the centre. The same seed gives the same bits.")
+      .def(
+          "update",
+          [](const Algorithm& self, const py::object& sensed_force,
+             const py::object& velocity, const py::object& motion_force,
+             const py::object& contact_force, State* state) {
+            ThrowUnlessCompatible(self, *state);
+            return Update(self, sensed_force, velocity, motion_force,
+                          contact_force, state);
+          },
+          py::arg("sensed_force"), py::arg("velocity"), py::arg("motion_force"),
+          py::arg("contact_force"), py::arg("state").none(false), kUpdateDoc)
+      .def("set_prior", &SetPrior, py::arg("normals"),
+           py::arg("state").none(false), kPriorDoc);
+
+  py::class_<Filter> filter(
+      m, "ForceSpaceParticleFilter",
+      "Estimates the contact directions at the tool from force, velocity and "
+      "commands\n(section IV of the paper), together with its state.");
+  filter
+      .def(py::init<const Params&, std::uint64_t>(),
+           py::arg("params") = Params(), py::arg("seed") = 0)
+      .def_property_readonly(
+          "params", [](const Filter& self) { return self.algorithm.params(); })
+      .def(
+          "update",
+          [](Filter& self, const py::object& sensed_force,
+             const py::object& velocity, const py::object& motion_force,
+             const py::object& contact_force) {
+            return Update(self.algorithm, sensed_force, velocity, motion_force,
+                          contact_force, &self.state);
+          },
+          py::arg("sensed_force"), py::arg("velocity"), py::arg("motion_force"),
+          py::arg("contact_force"), kUpdateDoc)
+      .def(
+          "set_prior",
+          [](Filter& self, const py::object& normals) {
+            SetPrior(self.algorithm, normals, &self.state);
+          },
+          py::arg("normals"), kPriorDoc)
+      .def(
+          "reset",
+          [](Filter& self, std::uint64_t seed) {
+            self.state = self.algorithm.MakeState(seed);
+          },
+          py::arg("seed") = 0, "Starts again, as if new.")
+      .def_property(
+          "state", [](const Filter& self) { return self.state; },
+          [](Filter& self, const State& state) {
+            ThrowUnlessCompatible(self.algorithm, state);
+            self.state = state;
+          },
+          "A copy of the state; assign it to go back to it.");
+  DefResult(&filter,
+            [](const Filter& self) -> const State& { return self.state; });
+}
+
+}  // namespace dual_proxy

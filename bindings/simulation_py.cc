@@ -1,0 +1,413 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <vector>
+
+#include <pybind11/stl.h>
+
+#include "dual_proxy/simulation/contact_scene.h"
+#include "dual_proxy/simulation/contact_surface.h"
+#include "dual_proxy/simulation/force_torque_sensor.h"
+#include "dual_proxy/simulation/haptic_device.h"
+#include "dual_proxy/simulation/operator.h"
+#include "dual_proxy/simulation/point_robot.h"
+#include "params.h"
+
+namespace dual_proxy {
+
+template <>
+struct EnumStrings<PathInterpolation> {
+  static constexpr std::pair<PathInterpolation, const char*> kValues[] = {
+      {PathInterpolation::kMinimumJerk, "minimum_jerk"},
+      {PathInterpolation::kLinear, "linear"},
+      {PathInterpolation::kCubic, "cubic"}};
+};
+
+template <>
+struct EnumStrings<SurfaceShape> {
+  static constexpr std::pair<SurfaceShape, const char*> kValues[] = {
+      {SurfaceShape::kPlane, "plane"},
+      {SurfaceShape::kCylinder, "cylinder"},
+      {SurfaceShape::kBox, "box"}};
+};
+
+namespace {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+py::array ReadOnly(py::array array) {
+  array.attr("flags").attr("writeable") = false;
+  return array;
+}
+
+Eigen::VectorXd Times(const py::object& value) {
+  const auto array = AsArray(value, "times", "(n,)");
+  if (array.ndim() != 1) ThrowShape("times", "(n,)", array);
+  return array.cast<Eigen::VectorXd>();
+}
+
+Eigen::Matrix3Xd Points(const py::object& value) {
+  const auto array = AsArray(value, "points", "(3, n)");
+  if (array.ndim() != 2 || array.shape(0) != 3) {
+    ThrowShape("points", "(3, n)", array);
+  }
+  return array.cast<Eigen::Matrix3Xd>();
+}
+
+void BindOperator(py::module_& m) {
+  using Params = OperatorPathParams;
+  BindParams<Params> params(m, "OperatorPathParams",
+                            "Parameters of OperatorPath: where the operator "
+                            "wants the tool or the handle, and when.");
+  const char* times_doc = "(n,), s, strictly increasing, n >= 1";
+  params.py_class().attr("fields")["times"] = times_doc;
+  params.py_class().def_property(
+      "times",
+      [](const Params& self) { return ReadOnly(py::cast(self.times)); },
+      [](Params& self, const py::object& value) { self.times = Times(value); },
+      times_doc);
+  const char* points_doc =
+      "(3, n), m, one column per time, in B for the tool or D for the handle";
+  params.py_class().attr("fields")["points"] = points_doc;
+  params.py_class().def_property(
+      "points",
+      [](const Params& self) { return ReadOnly(py::cast(self.points)); },
+      [](Params& self, const py::object& value) {
+        self.points = Points(value);
+      },
+      points_doc);
+  params.Field("interpolation", &Params::interpolation,
+               "\"minimum_jerk\", \"linear\" or \"cubic\" (recorded motion)");
+  py::class_<OperatorPath>(
+      m, "OperatorPath",
+      "What the simulated operator intends: a path through given points at "
+      "given times,\nat rest before the first and after the last.")
+      .def(py::init<const Params&>(), py::arg("params") = Params())
+      .def(py::init([](const py::object& times, const py::object& points,
+                       const py::object& interpolation) {
+             return OperatorPath({Times(times), Points(points),
+                                  EnumFromString<PathInterpolation>(
+                                      interpolation, "interpolation")});
+           }),
+           py::arg("times"), py::arg("points"),
+           py::arg("interpolation") = "minimum_jerk",
+           "times: (n,), s. points: (3, n), m.")
+      .def_property_readonly(
+          "params", [](const OperatorPath& self) { return self.params(); })
+      .def(
+          "calc",
+          [](const OperatorPath& self, double time) {
+            const OperatorPathSample sample = self.Calc(time);
+            return py::make_tuple(sample.position, sample.velocity);
+          },
+          py::arg("time"),
+          "Intended (position, velocity) at a time (s): (3,), m and (3,), m/s, "
+          "in the frame of the points.");
+}
+
+void BindHapticDevice(py::module_& m) {
+  using Params = SimulatedHapticDeviceParams;
+  using State = SimulatedHapticDeviceState;
+  BindParams<Params>(m, "SimulatedHapticDeviceParams",
+                     "Parameters of SimulatedHapticDevice; the defaults are an "
+                     "Omega.7 in a firm hand.")
+      .Field("hand_mass", &Params::hand_mass, "kg, > 0, default 0.5")
+      .Field("hand_stiffness", &Params::hand_stiffness,
+             "K, N/m, >= 0: pull to the intended position, default 600")
+      .Field("hand_damping", &Params::hand_damping,
+             "B, N s/m, >= 0: pull to the intended velocity, default 30")
+      .Field("device_mass", &Params::device_mass,
+             "kg, > 0, at the handle, default 0.25")
+      .Field("device_damping", &Params::device_damping,
+             "N s/m, >= 0: friction of the device, default 1")
+      .Field("max_force", &Params::max_force,
+             "N, >= 0: no larger force leaves the device, default 12")
+      .Field("workspace_radius", &Params::workspace_radius,
+             "m, > 0, about the x axis of D, default 0.08")
+      .Field("workspace_half_length", &Params::workspace_half_length,
+             "m, > 0, along the x axis of D, default 0.055")
+      .Field("resolution", &Params::resolution,
+             "m, >= 0: step of the position reading, default 1e-5")
+      .Field("velocity_cutoff", &Params::velocity_cutoff,
+             "Hz, >= 0: low-pass of the velocity reading (0: none), default 20")
+      .Field("period", &Params::period, "s, > 0, default 0.001");
+  BindState<State>(m, "SimulatedHapticDeviceState",
+                   "Where hand and device are, and what the driver reads.")
+      .def_property_readonly(
+          "pose", [](const State& self) { return self.pose; },
+          "True pose X_DH of the handle.")
+      .def_property_readonly(
+          "velocity", [](const State& self) { return self.velocity; },
+          "True velocity of the handle, (3,), m/s, in D.")
+      .def_property_readonly(
+          "read_pose", [](const State& self) { return self.read_pose; },
+          "Pose X_DH as read.")
+      .def_property_readonly(
+          "intended", [](const State& self) { return self.intended; },
+          "The last valid pose X_DH that the operator intended.")
+      .def_property_readonly(
+          "read_velocity", [](const State& self) { return self.read_velocity; },
+          "Twist as read, (6,) [linear; angular], m/s and rad/s, in D.")
+      .def_property_readonly(
+          "hand_force", [](const State& self) { return self.hand_force; },
+          "Pull of the hand, (3,), N, in D.")
+      .def_readonly("bad_inputs", &State::bad_inputs,
+                    "Updates with an intention or a wrench not usable.");
+  py::class_<SimulatedHapticDevice>(
+      m, "SimulatedHapticDevice",
+      "A simulated haptic device in a simulated hand that pulls it along.")
+      .def(py::init<const Params&>(), py::arg("params") = Params())
+      .def_property_readonly(
+          "params",
+          [](const SimulatedHapticDevice& self) { return self.params(); })
+      .def(
+          "make_state",
+          [](const SimulatedHapticDevice& self, const py::object& position,
+             const py::object& rotation) {
+            return self.MakeState(
+                {Vec3(position, "position"), Mat3(rotation, "rotation")});
+          },
+          py::arg("position") = Pose().p, py::arg("rotation") = Pose().R,
+          "At rest at this pose X_DH.")
+      .def(
+          "update",
+          [](const SimulatedHapticDevice& self,
+             const py::object& intended_position,
+             const py::object& intended_rotation,
+             const py::object& intended_velocity,
+             const py::object& device_wrench, State* state) {
+            self.Update({Vec3(intended_position, "intended_position"),
+                         Mat3(intended_rotation, "intended_rotation")},
+                        Vec3(intended_velocity, "intended_velocity"),
+                        AsFixed<Vector6d>(device_wrench, "device_wrench"),
+                        state);
+          },
+          py::arg("intended_position"), py::arg("intended_rotation"),
+          py::arg("intended_velocity"), py::arg("device_wrench"),
+          py::arg("state").none(false),
+          "Advances by one period.\n\n"
+          "intended_position: (3,), m, in D. intended_rotation: R_DH, (3, 3).\n"
+          "intended_velocity: (3,), m/s, in D.\n"
+          "device_wrench: (6,) [force; moment], N and N m, in D: on the hand.");
+}
+
+void BindForceTorqueSensor(py::module_& m) {
+  using Params = ForceTorqueSensorParams;
+  using State = ForceTorqueSensorState;
+  BindParams<Params>(m, "ForceTorqueSensorParams",
+                     "Parameters of ForceTorqueSensor.")
+      .Field("force_noise_std", &Params::force_noise_std,
+             "N, >= 0, per axis and sample, default 0.2")
+      .Field("moment_noise_std", &Params::moment_noise_std,
+             "N m, >= 0, per axis and sample, default 0.005")
+      .Field("force_bias", &Params::force_bias, "(3,), N, in S, default 0")
+      .Field("moment_bias", &Params::moment_bias, "(3,), N m, in S, default 0")
+      .Field("cutoff", &Params::cutoff,
+             "Hz, >= 0: the sensor's low-pass (0: none), default 0")
+      .Field("tool_mass", &Params::tool_mass,
+             "kg, >= 0: mass beyond the sensor, whose weight is removed, "
+             "default 0")
+      .Field("tool_com", &Params::tool_com,
+             "(3,), m, in S: centre of that mass, default 0")
+      .Field("gravity", &Params::gravity,
+             "m/s^2, >= 0, along -z of B, default 9.81")
+      .Field("period", &Params::period, "s, > 0, default 0.001");
+  BindState<State>(m, "ForceTorqueSensorState",
+                   "What the sensor remembers, and its last output.")
+      .def_property_readonly(
+          "measured", [](const State& self) { return self.measured; },
+          "(6,) [force; moment], N and N m, in S, before the weight is "
+          "removed.")
+      .def_property_readonly(
+          "wrench", [](const State& self) { return self.wrench; },
+          "(6,) [force; moment] about E, N and N m, in B: robot on "
+          "environment.")
+      .def_readonly("bad_inputs", &State::bad_inputs, "Samples refused.");
+  py::class_<ForceTorqueSensor>(
+      m, "ForceTorqueSensor",
+      "A simulated six-axis force/torque sensor between arm and tool.")
+      .def(py::init<const Params&>(), py::arg("params") = Params())
+      .def_property_readonly(
+          "params", [](const ForceTorqueSensor& self) { return self.params(); })
+      .def("make_state", &ForceTorqueSensor::MakeState, py::arg("seed") = 0,
+           "The same seed gives the same noise.")
+      .def(
+          "update",
+          [](const ForceTorqueSensor& self, const py::object& reaction_S,
+             const py::object& R_BS, const py::object& p_SE_B, State* state) {
+            return self.Update(AsFixed<Vector6d>(reaction_S, "reaction_S"),
+                               Mat3(R_BS, "R_BS"), Vec3(p_SE_B, "p_SE_B"),
+                               state);
+          },
+          py::arg("reaction_S"), py::arg("R_BS"), py::arg("p_SE_B"),
+          py::arg("state").none(false),
+          "Takes a sample and returns `state.wrench`.\n\n"
+          "reaction_S: (6,) [force; moment] about the origin of S, N and N m, "
+          "in S: arm on tool.\n"
+          "R_BS: (3, 3), rotation of the sensor. p_SE_B: (3,), m, from sensor "
+          "to tool point, in B.");
+}
+
+void BindContact(py::module_& m) {
+  using SurfaceParams = ContactSurfaceParams;
+  BindParams<SurfaceParams>(m, "ContactSurfaceParams",
+                            "Parameters of ContactSurface.")
+      .Field(
+          "shape", &SurfaceParams::shape,
+          "\"plane\" (solid where z < 0), \"cylinder\" (about x, endless) or "
+          "\"box\", in the surface's frame")
+      .Field("position", &SurfaceParams::position,
+             "(3,), m, in B: origin of the surface's frame")
+      .Field("rotation", &SurfaceParams::rotation,
+             "(3, 3): rotation of the surface's frame in B")
+      .Field("radius", &SurfaceParams::radius,
+             "m, > 0: of the cylinder, default 0.1")
+      .Field("half_size", &SurfaceParams::half_size,
+             "(3,), m, > 0: of the box, default 0.1")
+      .Field("stiffness", &SurfaceParams::stiffness, "N/m, > 0, default 5000")
+      .Field("dissipation", &SurfaceParams::dissipation,
+             "s/m, >= 0: share by which the normal force grows per m/s of "
+             "sinking in, default 2")
+      .Field("friction", &SurfaceParams::friction, "mu, >= 0, default 0")
+      .Field("stiction_speed", &SurfaceParams::stiction_speed,
+             "m/s, > 0: below it friction grows linearly, default 0.01");
+  py::class_<SurfaceContact>(m, "SurfaceContact",
+                             "A tool's contact with one surface.")
+      .def_readonly("penetration", &SurfaceContact::penetration,
+                    "m: depth of the tool; negative is the distance.")
+      .def_property_readonly(
+          "normal", [](const SurfaceContact& self) { return self.normal; },
+          "(3,), unit vector INTO the surface, in B.")
+      .def_readonly("normal_force", &SurfaceContact::normal_force, "N, >= 0.")
+      .def_property_readonly(
+          "force", [](const SurfaceContact& self) { return self.force; },
+          "(3,), N, in B: robot on surface.");
+  py::class_<ContactSurface>(
+      m, "ContactSurface",
+      "An analytic surface that a spherical tool touches, with friction.")
+      .def(py::init<const SurfaceParams&>(),
+           py::arg("params") = SurfaceParams())
+      .def_property_readonly(
+          "params", [](const ContactSurface& self) { return self.params(); })
+      .def(
+          "calc",
+          [](const ContactSurface& self, const py::object& p,
+             const py::object& v, double tool_radius) {
+            return self.Calc(Vec3(p, "p"), Vec3(v, "v"), tool_radius);
+          },
+          py::arg("p"), py::arg("v"), py::arg("tool_radius"),
+          "p: (3,), m, centre of the tool. v: (3,), m/s. tool_radius: m. In "
+          "B.");
+
+  using SceneParams = ContactSceneParams;
+  BindParams<SceneParams> scene(m, "ContactSceneParams",
+                                "Parameters of ContactScene.");
+  const char* surfaces_doc =
+      "up to 8 ContactSurfaceParams, default none; read as a tuple of copies";
+  scene.py_class().attr("fields")["surfaces"] = surfaces_doc;
+  scene.py_class().def_property(
+      "surfaces",
+      [](const SceneParams& self) {
+        return py::tuple(py::cast(self.surfaces));
+      },
+      [](SceneParams& self, std::vector<SurfaceParams> surfaces) {
+        self.surfaces = std::move(surfaces);
+      },
+      surfaces_doc);
+  scene.Field("tool_radius", &SceneParams::tool_radius,
+              "m, >= 0: radius of the spherical tool, default 0");
+  py::class_<SceneContact>(m, "SceneContact",
+                           "A tool's contact with a scene: the truth.")
+      .def_property_readonly(
+          "force", [](const SceneContact& self) { return self.force; },
+          "(3,), N, in B: robot on scene.")
+      .def_property_readonly(
+          "normal", [](const SceneContact& self) { return self.normal; },
+          "(3,), unit vector along the sum of the normal forces, INTO the "
+          "surface, in B; zero without contact.")
+      .def_readonly("count", &SceneContact::count,
+                    "Number of surfaces with a normal force.")
+      .def_readonly("dimension", &SceneContact::dimension,
+                    "0 to 3: number of independent normals.")
+      .def_property_readonly(
+          "normals",
+          [](const SceneContact& self) -> Eigen::Matrix3Xd {
+            return self.normals.leftCols(self.count);
+          },
+          "(3, count), unit vectors INTO the surfaces, in B.")
+      .def_property_readonly(
+          "normal_forces",
+          [](const SceneContact& self) -> Eigen::VectorXd {
+            return self.normal_forces.head(self.count);
+          },
+          "(count,), N.");
+  py::class_<ContactScene>(m, "ContactScene",
+                           "A few surfaces and the tool that touches them.")
+      .def(py::init<const SceneParams&>(), py::arg("params") = SceneParams())
+      .def_property_readonly(
+          "params", [](const ContactScene& self) { return self.params(); })
+      .def(
+          "calc",
+          [](const ContactScene& self, const py::object& p,
+             const py::object& v) {
+            return self.Calc(Vec3(p, "p"), Vec3(v, "v"));
+          },
+          py::arg("p"), py::arg("v"),
+          "p: (3,), m, centre of the tool. v: (3,), m/s. In B.");
+}
+
+void BindPointRobot(py::module_& m) {
+  using Params = PointRobotParams;
+  using State = PointRobotState;
+  BindParams<Params>(m, "PointRobotParams", "Parameters of PointRobot.")
+      .Field("mass", &Params::mass, "kg, > 0, default 1")
+      .Field("period", &Params::period, "s, > 0, default 0.001")
+      .Field("substeps", &Params::substeps,
+             "integration steps per period, 1 to 1000, default 4");
+  BindState<State>(m, "PointRobotState",
+                   "Where the point robot is and what it touches there.")
+      .def_property_readonly(
+          "position", [](const State& self) { return self.position; },
+          "(3,), m, in B.")
+      .def_property_readonly(
+          "velocity", [](const State& self) { return self.velocity; },
+          "(3,), m/s, in B.")
+      .def_property_readonly(
+          "contact", [](const State& self) { return self.contact; },
+          "SceneContact at this position and velocity.")
+      .def_readonly("bad_inputs", &State::bad_inputs,
+                    "Updates with a force that was not finite.");
+  py::class_<PointRobot>(m, "PointRobot",
+                         "A mass without gravity that touches a ContactScene.")
+      .def(py::init<const Params&, const ContactSceneParams&>(),
+           py::arg("params") = Params(),
+           py::arg("scene") = ContactSceneParams())
+      .def_property_readonly(
+          "params", [](const PointRobot& self) { return self.params(); })
+      .def_property_readonly(
+          "scene", [](const PointRobot& self) { return self.scene(); })
+      .def(
+          "make_state",
+          [](const PointRobot& self, const py::object& position) {
+            return self.MakeState(Vec3(position, "position"));
+          },
+          py::arg("position") = Pose().p, "At rest at this position, m, in B.")
+      .def(
+          "update",
+          [](const PointRobot& self, const py::object& control_force,
+             State* state) {
+            self.Update(Vec3(control_force, "control_force"), state);
+          },
+          py::arg("control_force"), py::arg("state").none(false),
+          "Advances by one period under a force, (3,), N, in B.");
+}
+
+}  // namespace
+
+void BindSimulation(py::module_& m) {
+  BindOperator(m);
+  BindHapticDevice(m);
+  BindForceTorqueSensor(m);
+  BindContact(m);
+  BindPointRobot(m);
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The log of a run: one row per control period, one table of signals.
+
+A log is a pandas DataFrame whose index is the time (s, named `time`) and whose
+columns are the components of the signals in `SIGNALS`: `robot_position_x`,
+`torque_0`, `force_selection_xy`, or the bare name of a scalar.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "SIGNALS",
+    "Signal",
+    "column_names",
+    "load_log",
+    "make_frame",
+    "replace_file",
+    "save_log",
+    "signal",
+    "write_mcap",
+]
+
+_SCALAR = ("",)
+_VECTOR = ("x", "y", "z")
+_QUATERNION = ("w", "x", "y", "z")
+_MATRIX = tuple(f"{i}{j}" for i in "xyz" for j in "xyz")
+_JOINTS = tuple(map(str, range(7)))
+
+
+class Signal(NamedTuple):
+    """What one signal of the log means."""
+
+    components: tuple[str, ...]
+    """Suffixes of its columns; one empty suffix for a scalar. A 3x3 matrix is
+    row-major."""
+    unit: str
+    frame: str
+    """B robot base, D device base; empty if none applies."""
+    description: str
+    integer: bool = False
+
+
+#: Every signal of a log, by name, in the order of its columns.
+SIGNALS: dict[str, Signal] = {
+    "hand_position": Signal(_VECTOR, "m", "D", "where the hand means to be"),
+    "device_position": Signal(_VECTOR, "m", "D", "x_h, of the handle, from home"),
+    "device_velocity": Signal(_VECTOR, "m/s", "D", "v_h, of the handle"),
+    "haptic_proxy_position": Signal(_VECTOR, "m", "D", "x_ph"),
+    "haptic_reference_force": Signal(_VECTOR, "N", "D", "F_h, on the hand"),
+    "device_force": Signal(_VECTOR, "N", "D", "sent to the device, on the hand"),
+    "robot_position": Signal(_VECTOR, "m", "B", "x_r, of the tool point"),
+    "robot_velocity": Signal(_VECTOR, "m/s", "B", "v_BE, of the tool point"),
+    "robot_orientation": Signal(_QUATERNION, "", "B", "R_BE as a quaternion"),
+    "robot_proxy_position": Signal(_VECTOR, "m", "B", "x_pr, after its limiter"),
+    "robot_proxy_orientation": Signal(_QUATERNION, "", "B", "R_pr as a quaternion"),
+    "motion_error": Signal(_VECTOR, "m", "B", "dx_m, robot minus proxy"),
+    "reference_force": Signal(_VECTOR, "N", "B", "F_r"),
+    "sensed_force": Signal(_VECTOR, "N", "B", "F_s, on the environment, at E"),
+    "sensed_moment": Signal(_VECTOR, "N m", "B", "M_s, on the environment, about E"),
+    "motion_force": Signal(_VECTOR, "N", "B", "F_m, command in motion space"),
+    "force_space_force": Signal(_VECTOR, "N", "B", "F_f, command in force space"),
+    "contact_force": Signal(
+        _VECTOR, "N", "B", "true, robot on environment, from the simulator"
+    ),
+    "contact_normal": Signal(
+        _VECTOR, "", "B", "true, unit, into the surface; zero without contact"
+    ),
+    "contact_dimension": Signal(
+        _SCALAR, "", "", "true number of independent normals", True
+    ),
+    "dimension": Signal(_SCALAR, "", "", "of the force space, by the filter", True),
+    "force_direction": Signal(
+        _VECTOR, "", "B", "U1 of the filter; zero when dimension is 0"
+    ),
+    "force_selection": Signal(_MATRIX, "", "B", "Omega_f, row by row"),
+    "joint_position": Signal(_JOINTS, "rad", "", "q"),
+    "joint_velocity": Signal(_JOINTS, "rad/s", "", "dq/dt"),
+    "torque": Signal(_JOINTS, "N m", "", "commanded"),
+    "observed_energy": Signal(_SCALAR, "J", "", "of the closed force loop"),
+    "injected_damping": Signal(_SCALAR, "N s/m", "", "by the passivity controller"),
+    "robot_link_status": Signal(
+        _SCALAR, "", "", "at the robot: 0 waiting, 1 connected, 2 lost", True
+    ),
+    "robot_link_age": Signal(_SCALAR, "s", "", "of the message in use at the robot"),
+    "robot_link_dropped": Signal(_SCALAR, "", "", "messages refused so far", True),
+    "haptic_link_status": Signal(
+        _SCALAR, "", "", "at the device: 0 waiting, 1 connected, 2 lost", True
+    ),
+    "haptic_link_age": Signal(_SCALAR, "s", "", "of the message in use at the device"),
+    "haptic_link_dropped": Signal(_SCALAR, "", "", "messages refused so far", True),
+}
+
+# ZIP can not hold a date before this one; every entry carries it, so that equal
+# logs are equal files.
+_ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+def column_names(name: str) -> list[str]:
+    """Return the columns of a signal, in order."""
+    return [f"{name}_{c}" if c else name for c in SIGNALS[name].components]
+
+
+def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame:
+    """Assemble a log.
+
+    Parameters
+    ----------
+    time : (n,), s, strictly increasing
+    values : Mapping[str, ArrayLike]
+        Every signal of `SIGNALS`, each (n, components), (n, 3, 3) for a matrix
+        or (n,) for a scalar.
+
+    Raises
+    ------
+    ValueError
+        If a signal is missing, unknown, or its shape does not fit.
+    """
+    times = np.asarray(time, dtype=np.float64)
+    if times.ndim != 1 or np.any(np.diff(times) <= 0.0):
+        raise ValueError("time: expected (n,) strictly increasing values")
+    unknown = [name for name in values if name not in SIGNALS]
+    missing = [name for name in SIGNALS if name not in values]
+    if unknown or missing:
+        raise ValueError(f"signals: unknown {unknown}, missing {missing}")
+    columns: dict[str, NDArray[Any]] = {}
+    for name, entry in SIGNALS.items():
+        dtype = np.int32 if entry.integer else np.float64
+        array = np.asarray(values[name], dtype=dtype)
+        width = len(entry.components)
+        if array.size != len(times) * width or len(array) != len(times):
+            raise ValueError(
+                f"{name}: expected shape ({len(times)}, {width}), got {array.shape}"
+            )
+        table = array.reshape(len(times), width)
+        for index, column in enumerate(column_names(name)):
+            columns[column] = table[:, index]
+    return pd.DataFrame(columns, index=pd.Index(times, name="time"))
+
+
+def signal(frame: pd.DataFrame, name: str) -> NDArray[Any]:
+    """Return a signal of a log: (n,) for a scalar, else (n, components)."""
+    table = frame[column_names(name)].to_numpy()
+    return table[:, 0] if SIGNALS[name].components == _SCALAR else table
+
+
+def save_log(frame: pd.DataFrame, path: str | Path) -> None:
+    """Write a log without loss as .npz: `time` and one array per signal.
+
+    Equal logs give equal bytes. `numpy.load` reads it, too.
+    """
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
+        arrays = {"time": frame.index.to_numpy(np.float64)}
+        arrays |= {name: signal(frame, name) for name in SIGNALS}
+        for name, array in arrays.items():
+            data = io.BytesIO()
+            # Column by column, as neighbours in time compress well.
+            np.lib.format.write_array(data, np.asfortranarray(array))
+            info = zipfile.ZipInfo(f"{name}.npy", _ZIP_EPOCH)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(info, data.getvalue())
+    replace_file(path, buffer.getvalue())
+
+
+def load_log(path: str | Path) -> pd.DataFrame:
+    """Read a log that `save_log` wrote.
+
+    Raises
+    ------
+    ValueError
+        If the file is not such a log.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+    except (zipfile.BadZipFile, ValueError, EOFError) as error:
+        raise ValueError(f"{path}: expected a log of dual_proxy: {error}") from None
+    if "time" not in arrays:
+        raise ValueError(f"{path}: expected a log of dual_proxy: no array 'time'")
+    time = arrays.pop("time")
+    try:
+        return make_frame(time, arrays)
+    except ValueError as error:
+        raise ValueError(f"{path}: expected a log of dual_proxy: {error}") from None
+
+
+def write_mcap(frame: pd.DataFrame, path: str | Path) -> None:
+    """Write a log as MCAP for Foxglove or PlotJuggler.
+
+    One channel per signal, `/robot_position` and so on, with JSON messages:
+    an object of the components, `{"value": ...}` for a scalar, with nine digits
+    (`save_log` keeps all). A value that is not finite becomes null.
+    """
+    from mcap.writer import CompressionType, Writer
+
+    buffer = io.BytesIO()
+    writer = Writer(buffer, compression=CompressionType.ZSTD)
+    writer.start(profile="", library="dual_proxy")
+    stamps = np.round(frame.index.to_numpy(np.float64) * 1e9).astype(np.int64).tolist()
+    channels = []
+    for name, entry in SIGNALS.items():
+        kind = "integer" if entry.integer else "number"
+        keys = [_mcap_key(component) for component in entry.components]
+        schema = {
+            "type": "object",
+            "description": f"{entry.description} [{entry.unit or '-'}]"
+            + (f" in {entry.frame}" if entry.frame else ""),
+            "properties": {key: {"type": kind} for key in keys},
+        }
+        schema_id = writer.register_schema(
+            name=f"dual_proxy.{name}",
+            encoding="jsonschema",
+            data=json.dumps(schema).encode(),
+        )
+        channel_id = writer.register_channel(
+            topic=f"/{name}",
+            message_encoding="json",
+            schema_id=schema_id,
+            metadata={"unit": entry.unit, "frame": entry.frame},
+        )
+        pattern = "%d" if entry.integer else "%.9g"
+        template = "{" + ",".join(f'"{key}":{pattern}' for key in keys) + "}"
+        rows = signal(frame, name).reshape(len(frame), len(keys))
+        texts = [template % tuple(row) for row in rows.tolist()]
+        for index in np.flatnonzero(~np.isfinite(rows).all(axis=1)):
+            numbers = [x if np.isfinite(x) else None for x in rows[index].tolist()]
+            texts[index] = json.dumps(dict(zip(keys, numbers, strict=True)))
+        channels.append((channel_id, texts))
+    for index, stamp in enumerate(stamps):
+        for channel_id, texts in channels:
+            writer.add_message(
+                channel_id, stamp, texts[index].encode(), stamp, sequence=index
+            )
+    writer.finish()  # type: ignore[no-untyped-call]
+    replace_file(path, buffer.getvalue())
+
+
+def replace_file(path: str | Path, data: bytes) -> None:
+    """Write a file whole or not at all: to a neighbour first, then renamed."""
+    path = Path(path)
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        partial.write_bytes(data)
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _mcap_key(component: str) -> str:
+    if not component:
+        return "value"
+    return f"joint_{component}" if component.isdigit() else component

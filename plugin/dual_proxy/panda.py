@@ -1,0 +1,557 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The Franka Panda with a wrist force/torque sensor: plant, model and truth.
+
+Three things live here:
+
+- `add_panda_scene` puts the simulated arm, its table and other boxes into a
+  diagram: what stands in for the real arm and its surroundings.
+- `PandaModel` gives a controller its model terms (pose, Jacobian, mass matrix,
+  bias, gravity) from joint positions and velocities alone. It has a plant of
+  its own, so a controller's model may differ from the simulated arm.
+- `sensor_reaction` and `contact_truth` read the simulator: what the wrist
+  sensor takes, and what really touches.
+
+Frames: B is panda_link0 (= Drake world), S the sensor at the flange with the
+axes of panda_link7, E the tool point, 0.207 m along +z of panda_link7 with its
+axes. Units are SI; 6-vectors are [linear; angular] or [force; moment].
+"""
+
+from __future__ import annotations
+
+import copy
+import importlib.resources
+import math
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from dual_proxy.panda_params import TOOL_MASS, BoxParams, PandaSceneParams
+from numpy.typing import ArrayLike, NDArray
+from pydrake.common.value import Value
+from pydrake.geometry import AddContactMaterial, Box, ProximityProperties, SceneGraph
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.inverse_kinematics import InverseKinematics
+from pydrake.multibody.math import SpatialForce
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import (
+    AddMultibodyPlantSceneGraph,
+    ContactModel,
+    ContactResults,
+    CoulombFriction,
+    DiscreteContactApproximation,
+    MultibodyPlant,
+)
+from pydrake.multibody.tree import (
+    BodyIndex,
+    JacobianWrtVariable,
+    ModelInstanceIndex,
+)
+from pydrake.solvers import Solve
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiagramBuilder,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
+
+__all__ = [
+    "JOINT_LOWER",
+    "JOINT_UPPER",
+    "JOINT_VELOCITY_LIMIT",
+    "NUM_JOINTS",
+    "Q_REST",
+    "R_BE_DOWN",
+    "TORQUE_LIMIT",
+    "ContactTruth",
+    "PandaModel",
+    "PandaScene",
+    "PandaTerms",
+    "SensorReaction",
+    "add_panda_scene",
+    "box_pose",
+    "contact_truth",
+    "p_SE_S",
+    "sensor_reaction",
+]
+
+Vector = NDArray[np.float64]
+
+# pydrake's type stubs name array types that no array has, so what takes or
+# gives arrays below is declared Any.
+
+
+def _constant(values: ArrayLike) -> Vector:
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+NUM_JOINTS = 7
+#: Joint position limits, (7,), rad, the manufacturer's.
+JOINT_LOWER = _constant([-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973])
+JOINT_UPPER = _constant([2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973])
+#: Joint speed limits, (7,), rad/s.
+JOINT_VELOCITY_LIMIT = _constant([2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61])
+#: Joint torque limits, (7,), N m.
+TORQUE_LIMIT = _constant([87, 87, 87, 87, 12, 12, 12])
+#: Orientation of the tool point that points the tool straight down, (3, 3).
+R_BE_DOWN = _constant(np.diag([1.0, -1.0, -1.0]))
+#: Rest posture, (7,), rad: E at (0.45, 0, 0.18) m, the tool pointing straight
+#: down, no joint within 0.5 rad of its limits.
+Q_REST = _constant([0.0, -0.0339, 0.0, -2.5555, 0.0, 2.5216, 0.0])
+#: Position of the tool point from the sensor's frame, (3,), m, in S.
+p_SE_S = _constant([0.0, 0.0, 0.1])
+
+_CONTACT_APPROXIMATIONS = {
+    "lagged": DiscreteContactApproximation.kLagged,
+    "similar": DiscreteContactApproximation.kSimilar,
+    "sap": DiscreteContactApproximation.kSap,
+}
+
+# Drake looks for its URDF extensions under this very prefix.
+ElementTree.register_namespace("drake", "http://drake.mit.edu")
+
+# Normals closer together than this count as one direction (sine of 10 deg).
+_SIN_INDEPENDENT = math.sin(math.radians(10.0))
+
+
+def box_pose(box: BoxParams) -> RigidTransform:
+    """Returns the pose of a box's centre in the base frame."""
+    p_BBox: Any = np.array(box.center)
+    return RigidTransform(RotationMatrix.MakeZRotation(box.yaw), p_BBox)
+
+
+@dataclass(frozen=True)
+class PandaScene:
+    """What `add_panda_scene` added, and the ports to wire.
+
+    Attributes
+    ----------
+    plant, scene_graph : the systems; the plant is finalized and connected.
+    params : the parameters it was built with.
+    arm : model instance of arm and tool.
+    tool_body : index of the tool's body, for `contact_truth`.
+    sensor_joint : index of the sensor's joint, which is its place in the
+        reaction forces, for `sensor_reaction`.
+    """
+
+    plant: MultibodyPlant
+    scene_graph: SceneGraph
+    params: PandaSceneParams
+    arm: ModelInstanceIndex
+    tool_body: BodyIndex
+    sensor_joint: int
+
+    @property
+    def actuation_port(self) -> InputPort:
+        """Joint torques, (7,), N m, clamped by the plant at `TORQUE_LIMIT`."""
+        return self.plant.get_actuation_input_port(self.arm)
+
+    @property
+    def state_port(self) -> OutputPort:
+        """Joint positions, rad, then velocities, rad/s, (14,)."""
+        return self.plant.get_state_output_port(self.arm)
+
+    @property
+    def reaction_forces_port(self) -> OutputPort:
+        """Reaction at each joint (abstract); see `sensor_reaction`."""
+        return self.plant.get_reaction_forces_output_port()
+
+    @property
+    def contact_results_port(self) -> OutputPort:
+        """Drake's ContactResults (abstract); see `contact_truth`."""
+        return self.plant.get_contact_results_output_port()
+
+
+def _panda_urdf(
+    tool_mass: float = TOOL_MASS, params: PandaSceneParams | None = None
+) -> str:
+    """Returns the URDF with the tool's mass and contact properties set."""
+    source = importlib.resources.files(__package__).joinpath("models/panda.urdf")
+    text = source.read_text(encoding="utf-8")
+    root = ElementTree.fromstring(text)
+    tool = root.find("link[@name='tool']")
+    assert tool is not None
+    inertial = tool.find("inertial")
+    assert inertial is not None
+    mass = inertial.find("mass")
+    inertia = inertial.find("inertia")
+    assert mass is not None
+    assert inertia is not None
+    scale = tool_mass / float(mass.attrib["value"])
+    mass.set("value", repr(float(tool_mass)))
+    for key, value in inertia.attrib.items():
+        inertia.set(key, repr(float(value) * scale))
+    if params is not None:
+        properties = tool.find("collision/{*}proximity_properties")
+        assert properties is not None
+        values = _contact_values(params)
+        for element in properties:
+            name = element.tag.rpartition("}")[2]
+            element.set("value", repr(values[name]))
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _contact_values(params: PandaSceneParams) -> dict[str, float]:
+    """Contact properties of one body; tool and surfaces each carry them.
+
+    Drake combines two bodies' stiffness in series, adds their relaxation
+    times, and takes the stiffness-weighted mean of their Hunt-Crossley
+    coefficients and the harmonic mean of their frictions.
+    """
+    return {
+        "point_contact_stiffness": 2.0 * params.contact_stiffness,
+        "hunt_crossley_dissipation": float(params.contact_dissipation),
+        "relaxation_time": params.relaxation_time / 2.0,
+        "mu_static": float(params.friction),
+        "mu_dynamic": float(params.friction),
+    }
+
+
+def _proximity_properties(params: PandaSceneParams) -> ProximityProperties:
+    values = _contact_values(params)
+    properties = ProximityProperties()
+    AddContactMaterial(
+        dissipation=values["hunt_crossley_dissipation"],
+        point_stiffness=values["point_contact_stiffness"],
+        friction=CoulombFriction(values["mu_static"], values["mu_dynamic"]),
+        properties=properties,
+    )
+    properties.AddProperty("material", "relaxation_time", values["relaxation_time"])
+    return properties
+
+
+def add_panda_scene(
+    builder: DiagramBuilder,
+    params: PandaSceneParams | None = None,
+    q_start: ArrayLike | None = None,
+) -> PandaScene:
+    """Adds the simulated Panda, its table and boxes to a diagram.
+
+    Only the tool's tip and the boxes carry collision geometry. The plant is
+    discrete and its output ports are sampled: reaction forces and contact
+    results are those of the last step (zero and empty before the first).
+
+    Parameters
+    ----------
+    builder : the diagram under construction.
+    params : scene and contact parameters; a copy is kept.
+    q_start : (7,) rad, default joint positions of the built diagram; if not
+        given, those near `Q_REST` that hold the tool point at
+        `params.start_position`, pointing down.
+    """
+    params = copy.deepcopy(params) if params is not None else PandaSceneParams()
+    params.validate()
+    if q_start is None:
+        q_start = PandaModel().inverse_kinematics(params.start_position)
+    q_start = np.asarray(q_start, dtype=np.float64)
+    if q_start.shape != (NUM_JOINTS,):
+        raise ValueError(
+            f"add_panda_scene: `q_start` expected shape (7,), got {q_start.shape}"
+        )
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, params.time_step)
+    plant.set_name("panda")
+    plant.set_contact_model(ContactModel.kPoint)
+    plant.set_discrete_contact_approximation(
+        _CONTACT_APPROXIMATIONS[params.contact_approximation]
+    )
+    plant.SetUseSampledOutputPorts(True)
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -params.gravity])
+    (arm,) = Parser(plant).AddModelsFromString(
+        _panda_urdf(params.tool_mass, params), "urdf"
+    )
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("panda_link0", arm))
+    properties = _proximity_properties(params)
+    for box in params.all_boxes():
+        X_BBox = box_pose(box)
+        shape = Box(*box.size)
+        plant.RegisterVisualGeometry(
+            plant.world_body(), X_BBox, shape, box.name, box.color
+        )
+        plant.RegisterCollisionGeometry(
+            plant.world_body(), X_BBox, shape, box.name, properties
+        )
+    plant.Finalize()
+    plant.SetDefaultPositions(arm, q_start)
+    return PandaScene(
+        plant=plant,
+        scene_graph=scene_graph,
+        params=params,
+        arm=arm,
+        tool_body=plant.GetBodyByName("tool", arm).index(),
+        sensor_joint=int(plant.GetJointByName("ft_sensor", arm).index()),
+    )
+
+
+def sensor_reaction(forces: Sequence[SpatialForce], sensor_joint: int) -> Vector:
+    """Returns what the wrist sensor takes: the arm's wrench on the tool.
+
+    This has the project's sign already: pressing on a table, the arm pushes
+    the tool (and the tool the table) down. It still holds the tool's weight
+    and inertia, as a real sensor's reading does: in standstill it is the
+    wrench of the tool on its environment minus the tool's weight.
+
+    Parameters
+    ----------
+    forces : value of `PandaScene.reaction_forces_port`.
+    sensor_joint : `PandaScene.sensor_joint`.
+
+    Returns
+    -------
+    (6,) [force, N; moment about S's origin, N m], in S.
+    """
+    force = forces[sensor_joint]
+    wrench = np.empty(6)
+    wrench[:3] = force.translational()
+    wrench[3:] = force.rotational()
+    return wrench
+
+
+class SensorReaction(LeafSystem):
+    """`sensor_reaction` as a system without state.
+
+    @system
+    name: SensorReaction
+    input_ports:
+    - reaction_forces   # abstract, list of SpatialForce, of the plant
+    output_ports:
+    - reaction          # 6, [force; moment], N and N m, in S, arm on tool
+    @endsystem
+    """
+
+    def __init__(self, sensor_joint: int) -> None:
+        super().__init__()
+        self._sensor_joint = sensor_joint
+        self._input = self.DeclareAbstractInputPort(
+            "reaction_forces", Value[list[SpatialForce]]()
+        )
+        self.DeclareVectorOutputPort("reaction", 6, self._calc, {self._input.ticket()})
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        forces: Any = self._input.Eval(context)
+        wrench: Any = sensor_reaction(forces, self._sensor_joint)
+        output.SetFromVector(wrench)
+
+
+class ContactTruth(NamedTuple):
+    """What really touches, from the simulator.
+
+    Attributes
+    ----------
+    force : (3,) N, in B, of the robot on its environment, friction included.
+    normal : (3,) unit vector in B INTO the surface; with several surfaces the
+        direction of the normal forces' sum; zero without contact.
+    dimension : number of independent normals, 0..3 (normals within 10 deg of
+        the others' span are not counted again).
+    """
+
+    force: Vector
+    normal: Vector
+    dimension: int
+
+
+def contact_truth(results: ContactResults, tool_body: BodyIndex) -> ContactTruth:
+    """Reads the tool's contacts from the plant's contact results.
+
+    Touching without force counts as no contact.
+
+    Parameters
+    ----------
+    results : value of `PandaScene.contact_results_port`.
+    tool_body : `PandaScene.tool_body`.
+    """
+    total = np.zeros(3)
+    push = np.zeros(3)
+    basis: list[Vector] = []
+    for i in range(results.num_point_pair_contacts()):
+        info: Any = results.point_pair_contact_info(i)
+        # Drake gives the force on body B and the normal from B into A.
+        force = info.contact_force()
+        normal = info.point_pair().nhat_BA_W
+        if info.bodyB_index() == tool_body:
+            force = -force
+        elif info.bodyA_index() == tool_body:
+            normal = -normal
+        else:
+            continue
+        normal_force = float(force @ normal)
+        if normal_force <= 0.0:
+            continue
+        total += force
+        push += normal_force * normal
+        rest = normal
+        for direction in basis:
+            rest = rest - (direction @ rest) * direction
+        size = math.sqrt(rest @ rest)
+        if size > _SIN_INDEPENDENT:
+            basis.append(rest / size)
+    size = math.sqrt(push @ push)
+    if size > 0.0:
+        push /= size
+    return ContactTruth(total, push, len(basis))
+
+
+class PandaTerms(NamedTuple):
+    """Model terms of one joint state, for the operational-space controller.
+
+    Attributes
+    ----------
+    p_BE : (3,) m, tool point in B.
+    R_BE : (3, 3), orientation of E in B.
+    J_BE : (6, 7), rows [linear; angular]: twist of E in B = J_BE v.
+    mass : (7, 7) kg m^2, joint-space mass matrix A.
+    bias : (7,) N m, Coriolis and centrifugal torque, without gravity.
+    gravity : (7,) N m, torque that gravity exerts (as Drake's
+        CalcGravityGeneralizedForces): a controller adds its negative.
+    Jdot_v : (6,) m/s^2 and rad/s^2, [linear; angular]: acceleration of E in B
+        = J_BE dv/dt + Jdot_v.
+    """
+
+    p_BE: Vector
+    R_BE: Vector
+    J_BE: Vector
+    mass: Vector
+    bias: Vector
+    gravity: Vector
+    Jdot_v: Vector
+
+
+class PandaModel:
+    """The controller's model of the Panda: terms from (q, v), and IK.
+
+    It owns a plant and a scratch context. What it returns depends on the
+    arguments alone and is newly allocated, so one model may serve several
+    systems and a diagram that holds it may be cloned; it is not for use from
+    several threads at once.
+
+    Parameters
+    ----------
+    tool_mass : kg, > 0, of all that is beyond the flange.
+    gravity : m/s^2, >= 0, along -z of B.
+    """
+
+    def __init__(self, tool_mass: float = TOOL_MASS, gravity: float = 9.81) -> None:
+        checked = PandaSceneParams(tool_mass=tool_mass, gravity=gravity)
+        self._tool_mass = checked.tool_mass
+        # Time step 0: the model has no solver of its own to set up.
+        plant: Any = MultibodyPlant(0.0)
+        self._plant = plant
+        plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -checked.gravity])
+        Parser(plant).AddModelsFromString(_panda_urdf(checked.tool_mass), "urdf")
+        base = plant.GetFrameByName("panda_link0")
+        plant.WeldFrames(plant.world_frame(), base)
+        plant.Finalize()
+        self._world = plant.world_frame()
+        self._tool_point = plant.GetFrameByName("tool_point")
+        self._context = plant.CreateDefaultContext()
+        self._state = np.zeros(2 * NUM_JOINTS)
+        self._zero = np.zeros(3)
+        self._with_respect_to = JacobianWrtVariable.kV
+
+    @property
+    def tool_mass(self) -> float:
+        """Mass beyond the flange, kg."""
+        return self._tool_mass
+
+    def calc(self, q: ArrayLike, v: ArrayLike) -> PandaTerms:
+        """Returns the model terms at joint positions and velocities.
+
+        Costs about 20 us (see benchmarks): meant to be called once per
+        control period.
+
+        Parameters
+        ----------
+        q : (7,) rad.
+        v : (7,) rad/s.
+        """
+        plant = self._plant
+        context = self._context
+        state = self._state
+        state[:NUM_JOINTS] = q
+        state[NUM_JOINTS:] = v
+        plant.SetPositionsAndVelocities(context, state)
+        X_BE = self._tool_point.CalcPoseInWorld(context)
+        # Drake's order is [angular; linear].
+        jacobian = plant.CalcJacobianSpatialVelocity(
+            context,
+            self._with_respect_to,
+            self._tool_point,
+            self._zero,
+            self._world,
+            self._world,
+        )
+        J_BE = np.empty((6, NUM_JOINTS))
+        J_BE[:3] = jacobian[3:]
+        J_BE[3:] = jacobian[:3]
+        acceleration = plant.CalcBiasSpatialAcceleration(
+            context,
+            self._with_respect_to,
+            self._tool_point,
+            self._zero,
+            self._world,
+            self._world,
+        ).get_coeffs()
+        Jdot_v = np.empty(6)
+        Jdot_v[:3] = acceleration[3:]
+        Jdot_v[3:] = acceleration[:3]
+        return PandaTerms(
+            X_BE.translation(),
+            X_BE.rotation().matrix(),
+            J_BE,
+            plant.CalcMassMatrix(context),
+            plant.CalcBiasTerm(context),
+            plant.CalcGravityGeneralizedForces(context),
+            Jdot_v,
+        )
+
+    def forward_kinematics(self, q: ArrayLike) -> RigidTransform:
+        """Returns X_BE at joint positions q, (7,) rad."""
+        self._plant.SetPositions(self._context, np.asarray(q, dtype=np.float64))
+        X_BE: RigidTransform = self._tool_point.CalcPoseInWorld(self._context)
+        return X_BE
+
+    def inverse_kinematics(
+        self,
+        p_BE: ArrayLike,
+        R_BE: ArrayLike = R_BE_DOWN,
+        q_near: ArrayLike = Q_REST,
+    ) -> Vector:
+        """Returns the joint positions that reach a pose, nearest to a posture.
+
+        Parameters
+        ----------
+        p_BE : (3,) m, tool point in B.
+        R_BE : (3, 3), orientation of E in B.
+        q_near : (7,) rad, the posture to stay close to, and the first guess.
+
+        Returns
+        -------
+        (7,) rad, within the joint limits.
+
+        Raises
+        ------
+        ValueError
+            If no such posture was found.
+        """
+        ik: Any = InverseKinematics(self._plant, with_joint_limits=True)
+        rotation = RotationMatrix(np.asarray(R_BE, dtype=np.float64))
+        position = np.asarray(p_BE, dtype=np.float64)
+        near: Any = np.asarray(q_near, dtype=np.float64)
+        ik.AddPositionConstraint(
+            self._tool_point, self._zero, self._world, position, position
+        )
+        ik.AddOrientationConstraint(
+            self._world, rotation, self._tool_point, RotationMatrix(), 0.0
+        )
+        program: Any = ik.get_mutable_prog()
+        program.AddQuadraticErrorCost(np.eye(NUM_JOINTS), near, ik.q())
+        result = Solve(program, near)
+        if not result.is_success():
+            raise ValueError(
+                f"inverse_kinematics: no posture reaches p_BE = {position.tolist()}"
+            )
+        return np.asarray(result.GetSolution(ik.q()))

@@ -1,0 +1,366 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One self-contained HTML page that shows a run: pictures, metrics, parameters."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from dual_proxy.log import replace_file, signal
+from dual_proxy.metrics import METRICS, device_in_robot_frame, normal_error_deg
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from dual_proxy.scenario import Scenario
+
+__all__ = ["format_metric", "render_report", "write_report"]
+
+Array = NDArray[np.float64]
+
+# Colour-blind safe (Okabe and Ito), one meaning each on the whole page.
+_BLUE, _ORANGE, _GREEN, _PURPLE, _GREY = (
+    "#0072b2",
+    "#d55e00",
+    "#009e73",
+    "#8a5fb0",
+    "#6b7280",
+)
+_JOINT_COLORS = (_BLUE, _ORANGE, _GREEN, _PURPLE, "#b8860b", "#56b4e9", "#444b55")
+_AXES = "xyz"
+_MAX_POINTS = 4000
+_STATUS = ("waiting", "connected", "lost")
+
+_STYLE = """
+:root { color-scheme: light; --ink: #1c2430; --soft: #5b6573; --line: #e3e7ec;
+  --accent: #0072b2; --paper: #fff; --ground: #f5f7f9; }
+* { box-sizing: border-box; }
+body { margin: 0; background: var(--ground); color: var(--ink);
+  font: 15px/1.55 system-ui, -apple-system, "Segoe UI", sans-serif; }
+main { max-width: 1080px; margin: 0 auto; padding: 32px 20px 64px; }
+h1 { font-size: 26px; margin: 0 0 4px; }
+h2 { font-size: 18px; margin: 0 0 4px; }
+p { margin: 0 0 12px; color: var(--soft); max-width: 76ch; }
+section { background: var(--paper); border: 1px solid var(--line);
+  border-radius: 10px; padding: 20px 22px; margin-top: 20px; }
+img { width: 100%; height: auto; display: block; }
+.facts { display: flex; flex-wrap: wrap; gap: 8px; margin: 14px 0 0; padding: 0;
+  list-style: none; }
+.facts li { background: var(--paper); border: 1px solid var(--line);
+  border-radius: 999px; padding: 3px 12px; }
+.facts b { font-weight: 600; }
+.failed { border-left: 5px solid #b42318; }
+.failed h2, .failed p { color: #b42318; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; width: 100%; }
+th, td { text-align: left; padding: 6px 12px 6px 0; vertical-align: top;
+  border-top: 1px solid var(--line); }
+thead th { border-top: 0; color: var(--soft); font-weight: 600; }
+td.number { text-align: right; font-variant-numeric: tabular-nums;
+  white-space: nowrap; }
+td.note { color: var(--soft); }
+code, pre { font: 13px/1.5 ui-monospace, "SF Mono", Menlo, Consolas, monospace; }
+pre { margin: 8px 0 0; overflow-x: auto; background: var(--ground);
+  padding: 14px; border-radius: 8px; }
+details summary { cursor: pointer; color: var(--accent); }
+footer { color: var(--soft); margin-top: 20px; font-size: 13px; }
+"""
+
+
+def format_metric(value: Any) -> str:
+    """Return a metric as people read it: four digits, "-" for None."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:d}" if isinstance(value, int) else f"{value:.4g}"
+
+
+def write_report(
+    log: pd.DataFrame,
+    metrics: Mapping[str, Any],
+    scenario: Scenario,
+    path: str | Path,
+    failure: str = "",
+    links: Iterable[str] = (),
+) -> None:
+    """Write `render_report` to a file, whole or not at all."""
+    text = render_report(log, metrics, scenario, failure, links)
+    replace_file(path, text.encode())
+
+
+def render_report(
+    log: pd.DataFrame,
+    metrics: Mapping[str, Any],
+    scenario: Scenario,
+    failure: str = "",
+    links: Iterable[str] = (),
+) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    log : DataFrame
+        As `dual_proxy.log.make_frame` makes it; may be cut short or empty.
+    metrics : Mapping
+        As `dual_proxy.metrics.compute_metrics` makes it.
+    scenario : Scenario
+        What was run.
+    failure : str
+        Why the run stopped early; empty if it did not.
+    links : iterable of str
+        Files beside the report to link to.
+    """
+    title = f"{scenario.name}: {scenario.scheme}, {scenario.link.delay * 1e3:g} ms"
+    facts = [
+        ("scheme", scenario.scheme),
+        ("law", scenario.law),
+        ("one-way delay", f"{scenario.link.delay * 1e3:g} ms"),
+        ("link", f"{scenario.link.rate:g} Hz"),
+        ("seed", str(scenario.seed)),
+        ("simulated", f"{format_metric(metrics['sim_s'])} s"),
+    ]
+    if metrics["real_time_factor"] is not None:
+        facts.append(("real-time factor", format_metric(metrics["real_time_factor"])))
+    chips = "".join(
+        f"<li>{html.escape(key)} <b>{html.escape(value)}</b></li>"
+        for key, value in facts
+    )
+    parts = [
+        f"<h1>{html.escape(title)}</h1>",
+        f"<p>{html.escape(scenario.description)}</p>" if scenario.description else "",
+        f'<ul class="facts">{chips}</ul>',
+    ]
+    if failure:
+        parts.append(
+            '<section class="failed"><h2>This run failed</h2>'
+            f"<p>{html.escape(failure)}</p><p>What was logged until then is below."
+            "</p></section>"
+        )
+    parts.append(_metrics_table(metrics))
+    if len(log) > 1:
+        parts += [_section(log, scenario, *entry) for entry in _SECTIONS]
+    parts.append(
+        "<section><h2>Scenario</h2><p>Every value of this run; "
+        "<code>dual-proxy run scenario.yaml</code> repeats it.</p>"
+        "<details><summary>Show all parameters</summary>"
+        f"<pre>{html.escape(scenario.to_yaml())}</pre></details></section>"
+    )
+    names = [html.escape(name, quote=True) for name in links]
+    if names:
+        items = ", ".join(f'<a href="{name}">{name}</a>' for name in names)
+        parts.append(f"<footer>Beside this page: {items}</footer>")
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head>"
+        f"<body><main>{''.join(parts)}</main></body></html>\n"
+    )
+
+
+def _metrics_table(metrics: Mapping[str, Any]) -> str:
+    rows = "".join(
+        f"<tr><td><code>{key}</code></td>"
+        f'<td class="number">{format_metric(metrics[key])}</td>'
+        f'<td>{entry.unit}</td><td class="note">{html.escape(entry.description)}'
+        "</td></tr>"
+        for key, entry in METRICS.items()
+    )
+    return (
+        "<section><h2>Metrics</h2><p>From the log and the simulator's true "
+        "contacts; a dash means that it does not apply.</p>"
+        '<div class="scroll"><table><thead><tr><th>metric</th><th>value</th>'
+        f"<th>unit</th><th>what it is</th></tr></thead><tbody>{rows}</tbody>"
+        "</table></div></section>"
+    )
+
+
+def _section(
+    log: pd.DataFrame,
+    scenario: Scenario,
+    heading: str,
+    text: str,
+    count: int,
+    draw: Callable[[pd.DataFrame, Scenario, list[Axes]], None],
+) -> str:
+    figure = Figure(figsize=(10.4, 0.7 + 1.75 * count), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
+    touching = np.linalg.norm(signal(log, "contact_force"), axis=1) > 0.5
+    time = log.index.to_numpy(np.float64)
+    for axis in axes:
+        axis.grid(color="#e3e7ec", linewidth=0.7)
+        axis.spines[["top", "right"]].set_visible(False)
+        axis.fill_between(
+            time, 0, 1, where=touching.tolist(), color="#eef2f6", linewidth=0,
+            transform=axis.get_xaxis_transform(),
+        )  # fmt: skip
+    draw(log, scenario, axes)
+    for axis in axes:
+        if axis.get_legend_handles_labels()[0]:
+            axis.legend(
+                loc="center left",
+                bbox_to_anchor=(1.0, 0.5),
+                frameon=False,
+                fontsize=8,
+            )
+    axes[-1].set_xlabel("time, s")
+    axes[0].set_xlim(float(time[0]), float(time[-1]))
+    buffer = io.BytesIO()
+    # Without the date and version that matplotlib would add, equal runs give
+    # equal pages.
+    figure.savefig(buffer, format="png", dpi=96, metadata={"Software": None})
+    data = base64.b64encode(buffer.getvalue()).decode()
+    return (
+        f"<section><h2>{heading}</h2><p>{text}</p>"
+        f'<img alt="{heading}" src="data:image/png;base64,{data}"></section>'
+    )
+
+
+def _plot(axis: Axes, log: pd.DataFrame, values: Array, **style: Any) -> None:
+    """Plot against time; long series as the extremes of short spans."""
+    time = log.index.to_numpy(np.float64)
+    span = -(-2 * len(values) // _MAX_POINTS)
+    if span > 2 and np.isfinite(values).all():
+        count = len(values) // span
+        blocks = values[: count * span].reshape(count, span)
+        first = span * np.arange(count)
+        pairs = np.sort([first + blocks.argmin(1), first + blocks.argmax(1)], axis=0)
+        rows = np.append(pairs.T.ravel(), len(values) - 1)
+        time, values = time[rows], values[rows]
+    axis.plot(time, values, linewidth=1.1, **style)
+
+
+def _draw_positions(log: pd.DataFrame, scenario: Scenario, axes: list[Axes]) -> None:
+    hand = device_in_robot_frame(scenario, signal(log, "hand_position"))
+    device = device_in_robot_frame(scenario, signal(log, "device_position"))
+    proxy = signal(log, "robot_proxy_position")
+    robot = signal(log, "robot_position")
+    for i, axis in enumerate(axes):
+        _plot(axis, log, hand[:, i], color=_GREY, linestyle=":", label="hand intends")
+        _plot(axis, log, device[:, i], color=_ORANGE, label="device, mapped")
+        _plot(axis, log, proxy[:, i], color=_PURPLE, linestyle="--", label="proxy")
+        _plot(axis, log, robot[:, i], color=_BLUE, label="robot")
+        axis.set_ylabel(f"{_AXES[i]}, m")
+
+
+def _draw_forces(log: pd.DataFrame, scenario: Scenario, axes: list[Axes]) -> None:
+    # The force on the hand, turned to B and negated: what the hand exerts.
+    hand = -signal(log, "device_force") @ scenario.map.R_DB
+    curves = (
+        ("true contact", signal(log, "contact_force"), _GREY, "-"),
+        ("sensed", signal(log, "sensed_force"), _BLUE, "-"),
+        ("reference", signal(log, "reference_force"), _PURPLE, "--"),
+        ("hand exerts", hand, _ORANGE, "-"),
+    )
+    for i, axis in enumerate(axes):
+        for label, values, color, line in curves:
+            _plot(axis, log, values[:, i], color=color, linestyle=line, label=label)
+        axis.set_ylabel(f"{_AXES[i]}, N")
+
+
+def _draw_perception(log: pd.DataFrame, scenario: Scenario, axes: list[Axes]) -> None:
+    del scenario
+    _plot(axes[0], log, normal_error_deg(log), color=_BLUE, label="normal error")
+    axes[0].set_ylabel("error, deg")
+    axes[0].set_ylim(bottom=0.0)
+    true = signal(log, "contact_dimension").astype(np.float64)
+    estimate = signal(log, "dimension").astype(np.float64)
+    step = {"drawstyle": "steps-post"}
+    _plot(axes[1], log, true, color=_GREY, label="true", **step)
+    _plot(axes[1], log, estimate, color=_BLUE, linestyle="--", label="filter", **step)
+    axes[1].set_ylabel("dimension")
+    axes[1].set_yticks(range(4))
+    axes[1].set_ylim(-0.2, 3.2)
+
+
+def _draw_link(log: pd.DataFrame, scenario: Scenario, axes: list[Axes]) -> None:
+    del scenario
+    for side, color, line in (("robot", _BLUE, "-"), ("haptic", _ORANGE, "--")):
+        age = 1e3 * signal(log, f"{side}_link_age")
+        status = signal(log, f"{side}_link_status").astype(np.float64)
+        style: dict[str, Any] = {"color": color, "linestyle": line, "label": side}
+        _plot(axes[0], log, age, **style)
+        _plot(axes[1], log, status, drawstyle="steps-post", **style)
+    axes[0].set_ylabel("age, ms")
+    axes[0].set_ylim(bottom=0.0)
+    axes[1].set_yticks(range(3), _STATUS)
+    axes[1].set_ylim(-0.2, 2.2)
+
+
+def _draw_torques(log: pd.DataFrame, scenario: Scenario, axes: list[Axes]) -> None:
+    del scenario
+    torque = signal(log, "torque")
+    rate = np.diff(torque, axis=0, prepend=torque[:1])
+    rate = rate / np.diff(log.index.to_numpy(np.float64), prepend=np.nan)[:, None]
+    rate[0] = 0.0
+    for joint, color in enumerate(_JOINT_COLORS):
+        label = f"joint {joint + 1}"
+        _plot(axes[0], log, torque[:, joint], color=color, label=label)
+    largest = np.max(np.abs(rate), axis=1)
+    _plot(axes[1], log, largest, color=_BLUE, label="largest joint")
+    axes[0].set_ylabel("torque, N m")
+    axes[1].set_ylabel("|rate|, N m/s")
+    axes[1].set_ylim(bottom=0.0)
+
+
+def _draw_energy(log: pd.DataFrame, scenario: Scenario, axes: list[Axes]) -> None:
+    del scenario
+    _plot(axes[0], log, signal(log, "observed_energy"), color=_BLUE)
+    _plot(axes[1], log, signal(log, "injected_damping"), color=_ORANGE)
+    axes[0].set_ylabel("energy, J")
+    axes[1].set_ylabel("damping, N s/m")
+
+
+# Heading, text, number of axes, what draws them.
+_SECTIONS: tuple[
+    tuple[str, str, int, Callable[[pd.DataFrame, Scenario, list[Axes]], None]], ...
+] = (
+    (
+        "Positions",
+        "Both sides in the robot's base frame. Shaded: the tool truly touches.",
+        3,
+        _draw_positions,
+    ),
+    (
+        "Forces",
+        "In the robot's base frame, as exerted on the environment; the hand's is "
+        "what the hand exerts on the device, turned into that frame.",
+        3,
+        _draw_forces,
+    ),
+    (
+        "Contact direction",
+        "Angle between the filter's direction and the true normal, and the number "
+        "of contact directions, estimated and true.",
+        2,
+        _draw_perception,
+    ),
+    (
+        "Link",
+        "Age of the message in use and state of the link, on both sides.",
+        2,
+        _draw_link,
+    ),
+    (
+        "Torques",
+        "Commanded joint torques and the fastest change among them.",
+        2,
+        _draw_torques,
+    ),
+    (
+        "Passivity",
+        "Energy that the passivity observer saw in the force loop, and the damping "
+        "that the passivity controller injected.",
+        2,
+        _draw_energy,
+    ),
+)

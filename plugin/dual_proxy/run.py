@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs a scenario and keeps what came of it."""
+
+from __future__ import annotations
+
+import json
+import time as clock
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from dual_proxy.log import replace_file, save_log, write_mcap
+from dual_proxy.metrics import compute_metrics
+from dual_proxy.report import write_report
+from dual_proxy.scenario import Scenario, ScenarioError, load_scenario
+
+__all__ = ["Run", "RunError", "run"]
+
+# Simulated time between two calls of `progress`, s.
+_PROGRESS_INTERVAL = 0.1
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished run, or what there is of one that failed."""
+
+    scenario: Scenario
+    log: pd.DataFrame
+    """One row per control period, see `dual_proxy.log.SIGNALS`."""
+    metrics: dict[str, Any]
+    """See `dual_proxy.metrics.METRICS`."""
+    failure: str = ""
+    """Why the run ended early; empty if it did not."""
+
+    def save(self, directory: str | Path, mcap: bool = False) -> Path:
+        """Save everything; each file appears whole or not at all.
+
+        Writes metrics.json, log.npz, scenario.yaml, report.html, replay.html
+        (if anything was logged) and, on request, log.mcap.
+
+        Parameters
+        ----------
+        directory : str or Path
+            Made if it does not exist; files of these names are replaced.
+        mcap : bool
+            Whether to write the log for Foxglove and PlotJuggler, too.
+
+        Returns
+        -------
+        Path
+            The report.
+        """
+        directory = Path(directory)
+        directory.mkdir(parents=True, exist_ok=True)
+        metrics = json.dumps(self.metrics, indent=2, allow_nan=False) + "\n"
+        replace_file(directory / "metrics.json", metrics.encode())
+        replace_file(directory / "scenario.yaml", self.scenario.to_yaml().encode())
+        save_log(self.log, directory / "log.npz")
+        links = ["metrics.json", "scenario.yaml", "log.npz"]
+        if mcap:
+            write_mcap(self.log, directory / "log.mcap")
+            links.append("log.mcap")
+        if len(self.log):
+            links.append("replay.html")
+        report = directory / "report.html"
+        write_report(self.log, self.metrics, self.scenario, report, self.failure, links)
+        if len(self.log):
+            self._write_replay(directory / "replay.html")
+        return report
+
+    def _write_replay(self, path: Path) -> None:
+        # Drake's viewer is imported only where something is drawn.
+        from dual_proxy._core import WorkspaceMap
+        from dual_proxy.replay import write_replay
+
+        write_replay(
+            self.log,
+            path,
+            params=self.scenario.scene,
+            workspace_map=WorkspaceMap(self.scenario.map),
+            title=f"{self.scenario.name}, {self.scenario.scheme}, "
+            f"{self.scenario.link.delay * 1e3:g} ms",
+        )
+
+
+class RunError(RuntimeError):
+    """A run failed midway; `run` holds what was logged until then."""
+
+    def __init__(self, message: str, run: Run) -> None:
+        super().__init__(message)
+        self.run = run
+
+
+def run(
+    scenario: Scenario | str | Path,
+    scheme: str | None = None,
+    delay: float | None = None,
+    duration: float | None = None,
+    seed: int | None = None,
+    recording: str | Path | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    meshcat: bool = False,
+    realtime: bool = False,
+    progress: Callable[[float, float], None] | None = None,
+) -> Run:
+    """Simulate a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario, str or Path
+        A scenario, or what `load_scenario` takes. It is not changed.
+    scheme : str, optional
+        "dual_proxy" or "position_force".
+    delay : float, optional
+        One-way delay of the link, s, in [0, 10].
+    duration : float, optional
+        Simulated time, s. Without it the run lasts as long as the scenario
+        says, lengthened for the delay (`Scenario.extend_for_delay`).
+    seed : int, optional
+        Of everything random; equal seeds give equal logs.
+    recording : str or Path, optional
+        CSV file of a human motion that the operator follows.
+    overrides : Mapping[str, Any], optional
+        Further values by dotted key, as for `Scenario.with_overrides`; the
+        arguments above win.
+    meshcat : bool
+        Show the run in the browser while it goes on.
+    realtime : bool
+        Never run faster than real time.
+    progress : callable, optional
+        Called with simulated time and duration, s, every 0.1 s of it.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario or an argument is wrong.
+    RunError
+        If the simulation fails midway; it carries what was logged.
+    """
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario)
+    changes = dict(overrides or {})
+    for key, value in (
+        ("scheme", scheme),
+        ("link.delay", delay),
+        ("duration", duration),
+        ("seed", seed),
+        # Absolute, so that the saved scenario finds it from anywhere.
+        ("operator.recording", recording and str(Path(recording).resolve())),
+    ):
+        if value is not None:
+            changes[key] = value
+    scenario = scenario.with_overrides(changes)
+    end = scenario.run_duration()
+
+    # pydrake is imported only where something is simulated.
+    from dual_proxy.station import build_station
+
+    try:
+        station = build_station(scenario, meshcat=meshcat)
+    except ScenarioError:
+        raise
+    except ValueError as error:
+        text = " ".join(str(error).split())
+        raise ScenarioError(f"{scenario.name}: cannot be built: {text}") from error
+    failure = ""
+    cause: BaseException | None = None
+    began = clock.monotonic()
+    try:
+        steps = max(1, round(end / _PROGRESS_INTERVAL))
+        for step in range(1, steps + 1):
+            now = end * step / steps
+            station.advance_to(now)
+            if realtime:
+                clock.sleep(max(0.0, began + now - clock.monotonic()))
+            if progress is not None:
+                progress(now, end)
+    except KeyboardInterrupt as error:
+        failure, cause = "interrupted", error
+    except Exception as error:
+        failure = " ".join(str(error).split()) or type(error).__name__
+        cause = error
+    wall_s = clock.monotonic() - began
+    log = station.log_frame()
+    result = Run(scenario, log, compute_metrics(log, scenario, wall_s), failure)
+    if cause is not None:
+        at = result.metrics["sim_s"]
+        raise RunError(f"the run failed after {at:g} s: {failure}", result) from cause
+    return result

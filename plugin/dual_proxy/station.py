@@ -1,0 +1,334 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The station: a scenario in, a Drake diagram out. Nothing here is control.
+
+    operator -> device -> haptic_side --pose--> to_robot --> robot_side -> panda
+                  ^           |                                |  ^          |
+                  +--- F_h ---+ <--pose, Omega-- to_device <---+  +- filter <+
+
+`filter` is the Force-Space Particle Filter; it takes the wrist sensor's force
+and what the robot side commanded.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from pydrake.common.value import Value
+from pydrake.geometry import StartMeshcat
+from pydrake.multibody.plant import ContactResults
+from pydrake.multibody.tree import BodyIndex
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    Diagram,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+from pydrake.systems.primitives import LogVectorOutput
+
+from dual_proxy import _core
+from dual_proxy.log import SIGNALS, make_frame
+from dual_proxy.panda import (
+    PandaModel,
+    SensorReaction,
+    add_panda_scene,
+    contact_truth,
+    p_SE_S,
+)
+from dual_proxy.replay import SceneDrawer
+from dual_proxy.scenario import Scenario
+from dual_proxy.systems import (
+    CommunicationChannel,
+    ForceSpaceParticleFilter,
+    ForceTorqueSensor,
+    HapticSide,
+    PositionForceHapticSide,
+    RobotSide,
+    SimulatedHapticDevice,
+)
+
+__all__ = ["Station", "build_station"]
+
+Data = dict[str, NDArray[np.float64]]
+
+_FRAMES_PER_SECOND = 30
+
+
+class _ContactTruth(LeafSystem):
+    """The tool's true contacts as a vector: force 3, normal 3, dimension 1."""
+
+    def __init__(self, tool_body: BodyIndex) -> None:
+        super().__init__()
+        self._tool_body = tool_body
+        self._results = self.DeclareAbstractInputPort(
+            "contact_results", Value[ContactResults]()
+        )
+        self.DeclareVectorOutputPort("truth", 7, self._calc, {self._results.ticket()})
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        truth = contact_truth(self._results.Eval(context), self._tool_body)
+        output.SetFromVector([*truth.force, *truth.normal, truth.dimension])
+
+
+class Station:
+    """A diagram built from a scenario, with its simulator and its log.
+
+    The diagram's systems have the names of the picture above, and it exports
+    what is wired further: `robot_state` (14), `sensed_wrench` (6), `torque`
+    (7), `device_pose`, `device_wrench` (6), and with the dual proxy
+    `force_selection` (9) and `dimension` (1).
+
+    Made by `build_station`.
+
+    Attributes
+    ----------
+    scenario : what it was built from.
+    diagram : the Drake diagram.
+    simulator : of the diagram, at time 0.
+    """
+
+    def __init__(self, scenario: Scenario, meshcat: bool = False) -> None:
+        self.scenario = scenario
+        self._builder = DiagramBuilder()
+        self._ports: dict[str, OutputPort] = {}
+        self._logs: dict[str, Any] = {}
+        # Independent streams of random numbers from the scenario's one seed.
+        seeds = np.random.SeedSequence(scenario.seed).generate_state(4, np.uint64)
+        self._seeds = dict(
+            zip(("filter", "sensor", "to_robot", "to_device"), map(int, seeds))
+        )
+        self._add_robot()
+        self._add_device()
+        self._add_link()
+        for name, port in self._ports.items():
+            self._logs[name] = LogVectorOutput(
+                port, self._builder, publish_period=scenario.scene.time_step
+            )
+        self.diagram: Diagram = self._builder.Build()
+        self.diagram.set_name("station")
+        self.simulator = Simulator(self.diagram)
+        self.simulator.Initialize()
+        self._drawer = None
+        if meshcat:
+            self._drawer = SceneDrawer(
+                StartMeshcat(), scenario.scene, _core.WorkspaceMap(scenario.map)
+            )
+
+    def advance_to(self, time: float) -> None:
+        """Simulates up to `time`, s; draws on the way if there is a viewer."""
+        if self._drawer is not None:
+            now = self.simulator.get_context().get_time()
+            frames = int((time - now) * _FRAMES_PER_SECOND)
+            for end in np.linspace(now, time, frames + 1)[1:-1]:
+                self.simulator.AdvanceTo(end)
+                self._drawer.update(self._current_row())
+        self.simulator.AdvanceTo(time)
+
+    def log_frame(self) -> pd.DataFrame:
+        """Returns the log so far; see `dual_proxy.log.SIGNALS`."""
+        context = self.simulator.get_context()
+        logs = {name: sink.FindLog(context) for name, sink in self._logs.items()}
+        data = {name: log.data().T for name, log in logs.items()}
+        return make_frame(logs["robot"].sample_times(), self._signals(data))
+
+    def _current_row(self) -> dict[str, float]:
+        root = self.simulator.get_context()
+        data = {}
+        for name, port in self._ports.items():
+            context = port.get_system().GetMyContextFromRoot(root)
+            data[name] = np.asarray(port.Eval(context))[np.newaxis]
+        frame = make_frame([root.get_time()], self._signals(data))
+        return dict(zip(frame.columns, frame.iloc[0].tolist(), strict=True))
+
+    def _add(self, name: str, system: Any) -> Any:
+        return self._builder.AddNamedSystem(name, system)
+
+    def _export(self, port: OutputPort, name: str) -> None:
+        self._builder.ExportOutput(port, name)
+
+    def _connect(self, source: Any, output: str, target: Any, port: str) -> None:
+        self._builder.Connect(
+            source.GetOutputPort(output), target.GetInputPort(port)
+        )
+
+    def _add_robot(self) -> None:
+        """The arm in its scene, the wrist sensor, the robot side, the filter."""
+        scenario = self.scenario
+        builder = self._builder
+        scene_params = scenario.scene
+        model = PandaModel(scene_params.tool_mass, scene_params.gravity)
+        q_start = model.inverse_kinematics(
+            scenario.map.p_cw, scenario.map.R_cw, scenario.controller.q_rest
+        )
+        scene = add_panda_scene(builder, scene_params, q_start)
+        reaction = self._add("reaction", SensorReaction(scene.sensor_joint))
+        sensor = self._add(
+            "sensor",
+            ForceTorqueSensor(scenario.sensor, p_SE_S, self._seeds["sensor"]),
+        )
+        params = _core.RobotSideParams(
+            proxy=scenario.robot_proxy,
+            controller=scenario.controller,
+            sender=scenario.link.sender,
+            filter_period=scenario.filter.period,
+        )
+        side = self._add("robot_side", RobotSide(model, params, q_start))
+        truth = self._add("contact_truth", _ContactTruth(scene.tool_body))
+        builder.Connect(
+            scene.reaction_forces_port, reaction.GetInputPort("reaction_forces")
+        )
+        builder.Connect(
+            scene.contact_results_port, truth.GetInputPort("contact_results")
+        )
+        builder.Connect(scene.state_port, side.GetInputPort("robot_state"))
+        builder.Connect(side.GetOutputPort("torque"), scene.actuation_port)
+        self._connect(reaction, "reaction", sensor, "reaction")
+        self._connect(side, "robot_pose", sensor, "robot_pose")
+        self._connect(sensor, "sensed_wrench", side, "sensed_wrench")
+        self._robot_side = side
+        self._ports["robot"] = side.GetOutputPort("signals")
+        self._ports["truth"] = truth.GetOutputPort("truth")
+        self._export(scene.state_port, "robot_state")
+        self._export(sensor.GetOutputPort("sensed_wrench"), "sensed_wrench")
+        self._export(side.GetOutputPort("torque"), "torque")
+
+        if scenario.scheme == "dual_proxy":
+            particle_filter = self._add(
+                "filter",
+                ForceSpaceParticleFilter(scenario.filter, self._seeds["filter"]),
+            )
+            for name in ("sensed_force", "velocity", "motion_force", "contact_force"):
+                self._connect(side, f"mean_{name}", particle_filter, name)
+            self._connect(particle_filter, "force_selection", side, "force_selection")
+            for name in ("dimension", "force_direction"):
+                self._ports[name] = particle_filter.GetOutputPort(name)
+            for name in ("dimension", "force_selection"):
+                self._export(particle_filter.GetOutputPort(name), name)
+
+    def _add_device(self) -> None:
+        """The device in the operator's hand, and the haptic side."""
+        scenario = self.scenario
+        motion = scenario.operator_motion()
+        workspace_map = _core.WorkspaceMap(scenario.map)
+        R = np.asarray(scenario.map.R_cw)
+        points = [workspace_map.haptic_proxy(p, R)[0] for p in motion.positions]
+        path = _core.OperatorPath(
+            motion.times,
+            np.transpose(points),
+            "cubic" if motion.sampled else "minimum_jerk",
+        )
+        device = self._add("device", SimulatedHapticDevice(path, scenario.device))
+        params = _core.HapticSideParams(
+            proxy=scenario.haptic_proxy,
+            controller=scenario.haptic_controller,
+            sender=scenario.link.sender,
+        )
+        side = self._add("haptic_side", HapticSide(params))
+        for name in ("device_pose", "device_velocity"):
+            self._connect(device, name, side, name)
+        acting = side
+        if scenario.scheme == "position_force":
+            acting = self._add(
+                "position_force",
+                PositionForceHapticSide(
+                    scenario.position_force, scenario.scene.time_step
+                ),
+            )
+            self._ports["position_force"] = acting.GetOutputPort("device_wrench")
+            self._ports["position_force_link"] = acting.GetOutputPort("link_status")
+        self._connect(acting, "device_wrench", device, "device_wrench")
+        self._haptic_side, self._acting_haptic_side = side, acting
+        self._ports["device"] = side.GetOutputPort("signals")
+        self._ports["hand_position"] = device.GetOutputPort("hand_position")
+        self._export(device.GetOutputPort("device_pose"), "device_pose")
+        self._export(acting.GetOutputPort("device_wrench"), "device_wrench")
+
+    def _add_link(self) -> None:
+        """Both directions of the link: all that the two sides share."""
+        link = self.scenario.link
+        step = self.scenario.scene.time_step
+        to_robot = self._add(
+            "to_robot",
+            CommunicationChannel(
+                link.channel, self._seeds["to_robot"], link.rate, step
+            ),
+        )
+        self._connect(self._haptic_side, "message", to_robot, "message")
+        self._connect(to_robot, "message", self._robot_side, "haptic_message")
+        dual_proxy = self.scenario.scheme == "dual_proxy"
+        to_device = self._add(
+            "to_device",
+            CommunicationChannel(
+                link.channel,
+                self._seeds["to_device"],
+                link.rate,
+                step,
+                _core.PoseMessage() if dual_proxy else _core.ForceMessage(),
+            ),
+        )
+        self._connect(
+            self._robot_side,
+            "message" if dual_proxy else "force_message",
+            to_device,
+            "message",
+        )
+        self._connect(
+            to_device,
+            "message",
+            self._acting_haptic_side,
+            "robot_message" if dual_proxy else "force_message",
+        )
+
+    def _signals(self, data: Data) -> Data:
+        """Returns every signal of the log from the logged ports."""
+        values = {
+            name: data[side][:, where]
+            for side, layout in (
+                ("robot", self._robot_side.layout),
+                ("device", self._haptic_side.layout),
+            )
+            for name, where in layout.items()
+        }
+        truth = data["truth"]
+        rows = len(truth)
+        values |= {
+            "hand_position": data["hand_position"],
+            "contact_force": truth[:, :3],
+            "contact_normal": truth[:, 3:6],
+            "contact_dimension": truth[:, 6:],
+            "dimension": data.get("dimension", np.zeros((rows, 1))),
+            "force_direction": data.get("force_direction", np.zeros((rows, 3))),
+        }
+        if "position_force" in data:
+            force = data["position_force"][:, :3]
+            status, age, _, dropped = data["position_force_link"][:, :4].T
+            values |= {
+                "haptic_reference_force": force,
+                "device_force": force,
+                "haptic_link_status": status,
+                "haptic_link_age": age,
+                "haptic_link_dropped": dropped,
+            }
+        return {name: values[name] for name in SIGNALS}
+
+
+def build_station(scenario: Scenario, meshcat: bool = False) -> Station:
+    """Builds the diagram of a scenario, ready to simulate.
+
+    Parameters
+    ----------
+    scenario : what to build; see `dual_proxy.load_scenario`.
+    meshcat : whether to open a viewer and draw the run in it.
+
+    Raises
+    ------
+    ValueError
+        If the parameters contradict each other, or no posture of the arm
+        reaches the start.
+    """
+    return Station(scenario, meshcat)

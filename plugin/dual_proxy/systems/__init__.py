@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The algorithms as Drake LeafSystems.
+
+The state of each is in the Context: a diagram can be reset, cloned and run
+again with the same bits. `RobotSide` and `HapticSide` do a whole side's work
+of a control period in one call; the others are its parts, for diagrams of your
+own.
+"""
+
+from dual_proxy.systems._face import LINK_STATUS_FIELDS
+from dual_proxy.systems.control import (
+    ArmKinematics,
+    HapticController,
+    OperationalSpaceController,
+)
+from dual_proxy.systems.link import CommunicationChannel, PoseSender
+from dual_proxy.systems.perception import ForceSpaceParticleFilter, RunningMean
+from dual_proxy.systems.proxy import (
+    HapticSideProxy,
+    PositionForceHapticSide,
+    RobotSideProxy,
+)
+from dual_proxy.systems.sides import HapticSide, RobotSide
+from dual_proxy.systems.simulation import ForceTorqueSensor, SimulatedHapticDevice
+
+__all__ = [
+    "LINK_STATUS_FIELDS",
+    "ArmKinematics",
+    "CommunicationChannel",
+    "ForceSpaceParticleFilter",
+    "ForceTorqueSensor",
+    "HapticController",
+    "HapticSide",
+    "HapticSideProxy",
+    "OperationalSpaceController",
+    "PoseSender",
+    "PositionForceHapticSide",
+    "RobotSide",
+    "RobotSideProxy",
+    "RunningMean",
+    "SimulatedHapticDevice",
+]

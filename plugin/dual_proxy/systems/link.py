@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Faces of the link: the sender and the channel between the two sides."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import Any
+
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context
+
+from dual_proxy import _core
+from dual_proxy.systems._face import Face, matrix, pose
+
+
+class PoseSender(Face):
+    """Turns poses at the control rate into messages at the link's rate.
+
+    @system
+    name: PoseSender
+    input_ports:
+    - pose               # RigidTransform: X_DH of the device or X_BE of the robot
+    - force_selection    # 9, row-major 3x3, in B (optional, zero)
+    - moment_selection   # 9, row-major 3x3, in B (optional, zero)
+    output_ports:
+    - message            # PoseMessage
+    @endsystem
+
+    Steps every `params.period`; the message is that of the last step, empty
+    (sequence -1) before the first.
+
+    Parameters
+    ----------
+    params : PoseSenderParams.
+    """
+
+    def __init__(self, params: _core.PoseSenderParams | None = None) -> None:
+        super().__init__(feedthrough=False)
+        self._sender = _core.PoseSender(deepcopy(params or _core.PoseSenderParams()))
+        self._pose = self._declare_pose_input("pose")
+        self._force_selection = self.DeclareVectorInputPort("force_selection", 9)
+        self._moment_selection = self.DeclareVectorInputPort("moment_selection", 9)
+        self._declare_memory(self._sender.make_state(), self._sender.params.period)
+        self._declare_object_output(
+            "message", _core.PoseMessage(), lambda state: state.message
+        )
+
+    def _step(self, context: Context, state: Any) -> None:
+        self._sender.update(
+            context.get_time(),
+            *pose(self._pose, context),
+            matrix(self._force_selection, context),
+            matrix(self._moment_selection, context),
+            state,
+        )
+
+
+class CommunicationChannel(Face):
+    """A link with delay, jitter, loss and reordering, one way.
+
+    @system
+    name: CommunicationChannel
+    input_ports:
+    - message   # PoseMessage or ForceMessage
+    output_ports:
+    - message   # of the same type: the newest that has arrived
+    @endsystem
+
+    Looks for a new message at `offset`, `offset` + 1/`rate`, ...; an offset of
+    one control period takes a sender's message in the very period after it was
+    made. What has arrived is a function of time, so the output needs no step
+    in between. Before the first arrival it is the empty message (sequence -1).
+
+    Parameters
+    ----------
+    params : CommunicationChannelParams, delay and its disturbances.
+    seed : of jitter and loss.
+    rate : Hz, > 0, how often the input is looked at: the sender's rate.
+    offset : s, >= 0, of the first look.
+    message : PoseMessage() or ForceMessage(), the type that is carried.
+    """
+
+    def __init__(
+        self,
+        params: _core.CommunicationChannelParams | None = None,
+        seed: int = 0,
+        rate: float = 50.0,
+        offset: float = 0.001,
+        message: _core.PoseMessage | _core.ForceMessage | None = None,
+    ) -> None:
+        super().__init__(feedthrough=False)
+        if not rate > 0:
+            raise ValueError(
+                f"CommunicationChannel: `rate` expected a number > 0, got {rate}"
+            )
+        model = message if message is not None else _core.PoseMessage()
+        params = deepcopy(params or _core.CommunicationChannelParams())
+        self._channel: _core.CommunicationChannel | _core.ForceCommunicationChannel = (
+            _core.ForceCommunicationChannel(params)
+            if isinstance(model, _core.ForceMessage)
+            else _core.CommunicationChannel(params)
+        )
+        self._message = self._declare_object_input("message", model)
+        self._declare_memory(self._channel.make_state(seed), 1.0 / rate, offset)
+        self.DeclareAbstractOutputPort(
+            "message",
+            lambda: AbstractValue.Make(model),
+            self._calc_message,
+            {*self._prerequisites, self.time_ticket()},
+        )
+
+    def _step(self, context: Context, state: Any) -> None:
+        self._channel.send(context.get_time(), self._message.Eval(context), state)
+
+    def _calc_message(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(
+            self._channel.receive(context.get_time(), self._result(context))
+        )

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Face of the Force-Space Particle Filter, and the means that it takes."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import Context
+
+from dual_proxy import _core
+from dual_proxy.systems._face import Face, vector
+
+
+class ForceSpaceParticleFilter(Face):
+    """Finds the directions of contact: Algorithms 1 to 3.
+
+    @system
+    name: ForceSpaceParticleFilter
+    input_ports:
+    - sensed_force      # 3, N: F_s, mean over the last period
+    - velocity          # 3, m/s: of E, likewise
+    - motion_force      # 3, N: F_m, likewise
+    - contact_force     # 3, N: F_f, likewise
+    - prior             # array (3, k), expected normals (optional)
+    output_ports:
+    - force_selection   # 9, row-major 3x3: Omega_f
+    - dimension         # 1: 0..3
+    - particles         # 3 n_p, particle after particle
+    - force_direction   # 3: U1, the main direction; zero at dimension 0
+    @endsystem
+
+    Everything in the base frame B. Steps every `params.period`; the outputs are
+    those of the last step, dimension 0 before the first. RunningMean makes the
+    means. An angular filter is a second instance, fed with moments.
+
+    Parameters
+    ----------
+    params : ForceSpaceParticleFilterParams.
+    seed : of scatter and resampling.
+    """
+
+    def __init__(
+        self,
+        params: _core.ForceSpaceParticleFilterParams | None = None,
+        seed: int = 0,
+    ) -> None:
+        super().__init__(feedthrough=False)
+        self._filter = _core.ForceSpaceParticleFilterAlgorithm(
+            deepcopy(params or _core.ForceSpaceParticleFilterParams())
+        )
+        self._inputs_3 = [
+            self.DeclareVectorInputPort(name, 3)
+            for name in ("sensed_force", "velocity", "motion_force", "contact_force")
+        ]
+        self._prior = self._declare_object_input("prior", np.zeros((3, 0)))
+        params = self._filter.params
+        self._declare_memory(self._filter.make_state(seed), params.period)
+        self._declare_vector_output(
+            "force_selection", 9, lambda state: state.force_selection
+        )
+        self._declare_vector_output("dimension", 1, lambda state: state.dimension)
+        self._declare_vector_output(
+            "particles",
+            3 * params.num_particles,
+            lambda state: np.asarray(state.particles).ravel(order="F"),
+        )
+        self._declare_vector_output(
+            "force_direction",
+            3,
+            lambda state: state.singular_vectors[:, 0] * (state.dimension > 0),
+        )
+
+    def _step(self, context: Context, state: Any) -> None:
+        if self._prior.HasValue(context):
+            self._filter.set_prior(self._prior.Eval(context), state)
+        self._filter.update(
+            *(vector(port, context) for port in self._inputs_3), state
+        )
+
+
+class RunningMean(Face):
+    """Mean of a vector over the current window; what a slower system samples.
+
+    @system
+    name: RunningMean
+    input_ports:
+    - value   # size
+    output_ports:
+    - mean    # size
+    @endsystem
+
+    Steps every `period`. Windows are [k window, (k + 1) window): a system that
+    runs every `window` sees the mean over the window that just ended.
+
+    Parameters
+    ----------
+    size : of the vector.
+    window : s, > 0.
+    period : s, > 0, between samples.
+    """
+
+    def __init__(self, size: int, window: float, period: float = 0.001) -> None:
+        super().__init__(feedthrough=False)
+        self._mean = _core.RunningMean(window)
+        self._value = self.DeclareVectorInputPort("value", size)
+        self._declare_memory(self._mean.make_state(size), period)
+        self._declare_vector_output("mean", size, lambda state: state.mean)
+
+    def _step(self, context: Context, state: Any) -> None:
+        self._mean.update(context.get_time(), self._value.Eval(context), state)

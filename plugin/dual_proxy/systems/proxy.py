@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Faces of the dual proxy: its robot side and its haptic side."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import Any
+
+from pydrake.systems.framework import Context
+
+from dual_proxy import _core
+from dual_proxy.systems._face import (
+    LINK_STATUS_FIELDS,
+    Face,
+    link_status,
+    matrix,
+    pose,
+)
+
+
+class RobotSideProxy(Face):
+    """Turns the device's poses into motion errors and reference forces, eq. (4).
+
+    @system
+    name: RobotSideProxy
+    input_ports:
+    - haptic_message      # PoseMessage
+    - robot_pose          # RigidTransform X_BE
+    - force_selection     # 9, row-major 3x3 (optional, zero)
+    - moment_selection    # 9, row-major 3x3 (optional, zero)
+    - sensed_wrench       # 6, [force; moment], N, N m, at E (optional: without
+                          # it there is no bumpless hand-over)
+    output_ports:
+    - motion_error        # 3, m
+    - rotation_error      # 3, rad
+    - reference_force     # 3, N
+    - reference_moment    # 3, N m
+    - proxy_pose          # RigidTransform, the limited robot proxy
+    - link_status         # 7, see LINK_STATUS_FIELDS
+    - proxy_velocity      # 6, [linear; angular], m/s, rad/s
+    - proxy_acceleration  # 6, [linear; angular], m/s^2, rad/s^2
+    @endsystem
+
+    Everything in the base frame B. Steps every `params.period`, with
+    feedthrough.
+
+    Parameters
+    ----------
+    params : RobotSideProxyParams.
+    """
+
+    def __init__(self, params: _core.RobotSideProxyParams | None = None) -> None:
+        super().__init__(feedthrough=True)
+        self._proxy = _core.RobotSideProxy(
+            deepcopy(params or _core.RobotSideProxyParams())
+        )
+        self._message = self._declare_object_input(
+            "haptic_message", _core.PoseMessage()
+        )
+        self._pose = self._declare_pose_input("robot_pose")
+        self._force_selection = self.DeclareVectorInputPort("force_selection", 9)
+        self._moment_selection = self.DeclareVectorInputPort("moment_selection", 9)
+        self._sensed_wrench = self.DeclareVectorInputPort("sensed_wrench", 6)
+        self._declare_memory(self._proxy.make_state(), self._proxy.params.period)
+        for name in (
+            "motion_error",
+            "rotation_error",
+            "reference_force",
+            "reference_moment",
+        ):
+            self._declare_vector_output(
+                name, 3, lambda state, name=name: getattr(state.output, name)
+            )
+        self._declare_pose_output("proxy_pose", lambda state: state.output.proxy_pose)
+        self._declare_vector_output(
+            "link_status",
+            len(LINK_STATUS_FIELDS),
+            lambda state: link_status(state.link),
+        )
+        for name in ("proxy_velocity", "proxy_acceleration"):
+            self._declare_vector_output(
+                name, 6, lambda state, name=name: getattr(state.output, name)
+            )
+
+    def _step(self, context: Context, state: Any) -> None:
+        sensed = None
+        if self._sensed_wrench.HasValue(context):
+            sensed = self._sensed_wrench.Eval(context)
+        self._proxy.update(
+            context.get_time(),
+            self._message.Eval(context),
+            *pose(self._pose, context),
+            matrix(self._force_selection, context),
+            matrix(self._moment_selection, context),
+            sensed,
+            state,
+        )
+
+
+class HapticSideProxy(Face):
+    """Turns the robot's poses and selections into the force on the hand, eq. (5).
+
+    @system
+    name: HapticSideProxy
+    input_ports:
+    - robot_message       # PoseMessage
+    - device_pose         # RigidTransform X_DH, from the device's home
+    output_ports:
+    - reference_force     # 3, N, in D: F_h, on the hand
+    - reference_moment    # 3, N m, in D
+    - proxy_pose          # RigidTransform, the haptic proxy, in D
+    - force_selection     # 9, row-major 3x3, in D
+    - link_status         # 7, see LINK_STATUS_FIELDS
+    @endsystem
+
+    Steps every `params.period`, with feedthrough.
+
+    Parameters
+    ----------
+    params : HapticSideProxyParams.
+    """
+
+    def __init__(self, params: _core.HapticSideProxyParams | None = None) -> None:
+        super().__init__(feedthrough=True)
+        self._proxy = _core.HapticSideProxy(
+            deepcopy(params or _core.HapticSideProxyParams())
+        )
+        self._message = self._declare_object_input("robot_message", _core.PoseMessage())
+        self._pose = self._declare_pose_input("device_pose")
+        self._declare_memory(self._proxy.make_state(), self._proxy.params.period)
+        for name in ("reference_force", "reference_moment"):
+            self._declare_vector_output(
+                name, 3, lambda state, name=name: getattr(state.output, name)
+            )
+        self._declare_pose_output("proxy_pose", lambda state: state.output.proxy_pose)
+        self._declare_vector_output(
+            "force_selection", 9, lambda state: state.output.force_selection
+        )
+        self._declare_vector_output(
+            "link_status",
+            len(LINK_STATUS_FIELDS),
+            lambda state: link_status(state.link),
+        )
+
+    def _step(self, context: Context, state: Any) -> None:
+        self._proxy.update(
+            context.get_time(),
+            self._message.Eval(context),
+            *pose(self._pose, context),
+            state,
+        )
+
+
+class PositionForceHapticSide(Face):
+    """The haptic side of the two-channel baseline: the sensed force, sent back.
+
+    @system
+    name: PositionForceHapticSide
+    input_ports:
+    - force_message     # ForceMessage
+    output_ports:
+    - device_wrench     # 6, [force; moment], N, N m, in D, on the hand
+    - link_status       # 7, see LINK_STATUS_FIELDS
+    @endsystem
+
+    Steps every `period`, with feedthrough.
+
+    Parameters
+    ----------
+    params : PositionForceHapticSideParams.
+    period : s, > 0.
+    """
+
+    def __init__(
+        self,
+        params: _core.PositionForceHapticSideParams | None = None,
+        period: float = 0.001,
+    ) -> None:
+        super().__init__(feedthrough=True)
+        self._side = _core.PositionForceHapticSide(
+            deepcopy(params or _core.PositionForceHapticSideParams())
+        )
+        self._message = self._declare_object_input(
+            "force_message", _core.ForceMessage()
+        )
+        self._declare_memory(self._side.make_state(), period)
+        self._declare_vector_output(
+            "device_wrench", 6, lambda state: [*state.reference_force, 0.0, 0.0, 0.0]
+        )
+        self._declare_vector_output(
+            "link_status",
+            len(LINK_STATUS_FIELDS),
+            lambda state: link_status(state.link),
+        )
+
+    def _step(self, context: Context, state: Any) -> None:
+        self._side.update(context.get_time(), self._message.Eval(context), state)
+
+

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Faces of what stands in for a person and for hardware."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import Context
+
+from dual_proxy import _core
+from dual_proxy.systems._face import Face, Vector, pose, vector
+
+
+class ForceTorqueSensor(Face):
+    """A wrist force/torque sensor: noise, bias, low-pass, tool weight removed.
+
+    @system
+    name: ForceTorqueSensor
+    input_ports:
+    - reaction        # 6, [force; moment], N, N m, in S: of the arm on the tool
+    - robot_pose      # RigidTransform X_BE
+    output_ports:
+    - sensed_wrench   # 6, [force; moment], N, N m, in B, at E: of the robot on
+                      # its environment
+    @endsystem
+
+    Steps every `params.period`, for the first time after one period, as a
+    simulated plant has no reaction before its first step. The output is that of
+    the last step, zero before the first.
+
+    Parameters
+    ----------
+    params : ForceTorqueSensorParams.
+    p_SE : (3,) m, tool point in the sensor's frame, whose axes are E's.
+    seed : of the noise.
+    """
+
+    def __init__(
+        self,
+        params: _core.ForceTorqueSensorParams | None = None,
+        p_SE: Vector | None = None,
+        seed: int = 0,
+    ) -> None:
+        super().__init__(feedthrough=False)
+        self._sensor = _core.ForceTorqueSensor(
+            deepcopy(params or _core.ForceTorqueSensorParams())
+        )
+        self._p_SE = np.zeros(3) if p_SE is None else np.array(p_SE)
+        self._reaction = self.DeclareVectorInputPort("reaction", 6)
+        self._pose = self._declare_pose_input("robot_pose")
+        period = self._sensor.params.period
+        self._declare_memory(self._sensor.make_state(seed), period, offset=period)
+        self._declare_vector_output("sensed_wrench", 6, lambda state: state.wrench)
+
+    def _step(self, context: Context, state: Any) -> None:
+        _, R_BE = pose(self._pose, context)
+        self._sensor.update(
+            self._reaction.Eval(context), R_BE, R_BE @ self._p_SE, state
+        )
+
+
+class SimulatedHapticDevice(Face):
+    """A simulated Omega.7 in the hand of a simulated operator.
+
+    @system
+    name: SimulatedHapticDevice
+    input_ports:
+    - device_wrench       # 6, [force; moment], N, N m, on the hand (optional)
+    output_ports:
+    - device_pose         # RigidTransform X_DH, as the driver reads it
+    - device_velocity     # 6, [linear; angular], m/s, rad/s, as read
+    - hand_position       # 3, m: where the operator wants the handle
+    @endsystem
+
+    Everything in the device's frame D. Steps every `params.period`; the outputs
+    are those of the last step, the device at its home before the first.
+
+    Parameters
+    ----------
+    path : OperatorPath with points in D: where the operator wants the handle.
+    params : SimulatedHapticDeviceParams.
+    """
+
+    def __init__(
+        self,
+        path: _core.OperatorPath,
+        params: _core.SimulatedHapticDeviceParams | None = None,
+    ) -> None:
+        super().__init__(feedthrough=False)
+        self._device = _core.SimulatedHapticDevice(
+            deepcopy(params or _core.SimulatedHapticDeviceParams())
+        )
+        self._path = path
+        self._wrench = self.DeclareVectorInputPort("device_wrench", 6)
+        self._declare_memory(
+            self._device.make_state(), self._device.params.period
+        )
+        self._declare_pose_output("device_pose", lambda state: state.read_pose)
+        self._declare_vector_output(
+            "device_velocity", 6, lambda state: state.read_velocity
+        )
+        self._declare_vector_output(
+            "hand_position", 3, lambda state: state.intended.p
+        )
+
+    def _step(self, context: Context, state: Any) -> None:
+        position, velocity = self._path.calc(context.get_time())
+        self._device.update(
+            position, np.eye(3), velocity, vector(self._wrench, context), state
+        )

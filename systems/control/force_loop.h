@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+
+#include "dual_proxy/control/passivity_controller.h"
+
+namespace dual_proxy {
+
+/** Parameters of ForceLoop. The same class closes the loop on forces (N, m/s)
+and, with the units in brackets, on moments (N m, rad/s). */
+struct ForceLoopParams {
+  double gain{2.5};           ///< Kpf, >= 0, dimensionless.
+  double integral_gain{5.5};  ///< Kif, 1/s, >= 0.
+  double damping{20};         ///< Kvf, N s/m [N m s/rad], >= 0.
+  /** N [N m], >= 0: bound on the norm of the integral's force. */
+  double max_integral_force{10};
+  /** Hz, >= 0: cutoff of the low-pass on the sensed force; 0 is off. */
+  double filter_cutoff{100};
+  /** s, >= 0: in which the force of an integral that a new selection has no
+  room for fades out (to 5 %); 0 drops it at once. */
+  double release_time{0.03};
+  /** Its `period` is ignored: the loop's own holds. */
+  TimeDomainPassivityParams passivity{};
+  double period{0.001};  ///< s, > 0: time between updates.
+
+  /** @throws std::invalid_argument naming field, range and value. */
+  void Validate() const;
+};
+
+/** Memory of ForceLoop; 3-vectors in B. */
+struct ForceLoopState {
+  Eigen::Vector3d sensed{Eigen::Vector3d::Zero()};    ///< Filtered F_s, N.
+  Eigen::Vector3d integral{Eigen::Vector3d::Zero()};  ///< int e dt, N s.
+  Eigen::Vector3d released{Eigen::Vector3d::Zero()};  ///< Fading force, N.
+  /** Omega_f at the last update. */
+  Eigen::Matrix3d selection{Eigen::Matrix3d::Zero()};
+  TimeDomainPassivityState passivity{};
+  bool initialized{false};  ///< The filter starts at the first sensed force.
+};
+
+/** The force loop of eq. (13) with its passivity controller:
+
+    e   = F_s - F_r                                  (F_s low-passed)
+    F_f = F_r - Kpf Omega_b e - Kif int(Omega_f e) - Kvf Omega_b v + F_inject
+
+- Omega_f is the selection asked for, a projection; Omega_b its blend
+  (SelectionBlend). Every feedback term is projected. F_r is not: whoever makes
+  it limits its rate, so a component that is no longer selected decays there,
+  and projecting it here would turn that decay into a step, while a bumpless
+  hand-over that starts F_r at the sensed force would be held back by the blend
+  and the contact force would collapse for as long.
+- The integral lives in the range of Omega_f: it is projected when Omega_f
+  changes, zero when Omega_f is zero, bounded by max_integral_force. What is cut
+  off fades out within release_time.
+- With F_fb = F_f - F_r the passivity controller sees all of the feedback.
+
+Update() neither allocates nor throws; about 0.1 us. */
+class ForceLoop {
+ public:
+  /** @throws std::invalid_argument if params are not valid. */
+  explicit ForceLoop(ForceLoopParams params = {});
+
+  const ForceLoopParams& params() const { return params_; }
+
+  ForceLoopState MakeState() const noexcept;
+
+  /** Advances by one period.
+  @param reference   F_r, 3-vector, N, in B.
+  @param sensed      F_s, 3-vector, N, in B: robot on environment.
+  @param velocity    v_BE, 3-vector, m/s, in B.
+  @param selection   Omega_f, 3x3 projection, in B.
+  @param blended     Omega_b, 3x3, symmetric, eigenvalues in [0, 1], in B.
+  @param[in,out] state  made by MakeState().
+  @returns F_f, 3-vector, N, in B.
+  @pre All inputs are finite. */
+  Eigen::Vector3d Update(const Eigen::Vector3d& reference,
+                         const Eigen::Vector3d& sensed,
+                         const Eigen::Vector3d& velocity,
+                         const Eigen::Matrix3d& selection,
+                         const Eigen::Matrix3d& blended,
+                         ForceLoopState* state) const noexcept;
+
+ private:
+  ForceLoopParams params_;
+  TimeDomainPassivity passivity_;
+  double filter_gain_{1};
+  double release_factor_{0};
+};
+
+}  // namespace dual_proxy

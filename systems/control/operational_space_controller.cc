@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/control/operational_space_controller.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "dual_proxy/common/validate.h"
+#include "dual_proxy/link/message.h"
+
+namespace dual_proxy {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+ForceLoopParams MakeForceLoopParams(
+    const OperationalSpaceControllerParams& params) {
+  ForceLoopParams loop{.gain = params.force_gain,
+                       .integral_gain = params.force_integral_gain,
+                       .damping = params.force_damping,
+                       .max_integral_force = params.max_integral_force,
+                       .filter_cutoff = params.force_filter_cutoff,
+                       .release_time = params.selection_blend_time,
+                       .passivity = params.force_passivity,
+                       .period = params.period};
+  loop.passivity.enabled = params.passivity;
+  return loop;
+}
+
+ForceLoopParams MakeMomentLoopParams(
+    const OperationalSpaceControllerParams& params) {
+  ForceLoopParams loop{.gain = params.moment_gain,
+                       .integral_gain = params.moment_integral_gain,
+                       .damping = params.moment_damping,
+                       .max_integral_force = params.max_integral_moment,
+                       .filter_cutoff = params.force_filter_cutoff,
+                       .release_time = params.selection_blend_time,
+                       .passivity = params.moment_passivity,
+                       .period = params.period};
+  loop.passivity.enabled = params.passivity;
+  return loop;
+}
+
+TimeDomainPassivityParams WithPeriod(TimeDomainPassivityParams params,
+                                     double period) {
+  params.period = period;
+  return params;
+}
+
+void ThrowUnlessAllPositive(const char* who, const char* field,
+                            const Vector7& value) {
+  ThrowUnlessFinite(who, field, value);
+  ThrowUnlessPositive(who, field, value.minCoeff());
+}
+
+bool IsFinite(const ModelTerms& model) {
+  return model.J_BE.allFinite() && model.mass.allFinite() &&
+         model.bias.allFinite() && model.gravity.allFinite() &&
+         model.Jdot_v.allFinite();
+}
+
+bool IsValid(const OperationalSpaceControllerInput& input) {
+  return input.q.allFinite() && input.v.allFinite() &&
+         input.motion_error.allFinite() && input.rotation_error.allFinite() &&
+         input.proxy_velocity.allFinite() &&
+         input.proxy_acceleration.allFinite() &&
+         input.reference_force.allFinite() &&
+         input.reference_moment.allFinite() &&
+         input.sensed_wrench.allFinite() &&
+         IsSelection(input.force_selection) &&
+         IsSelection(input.moment_selection);
+}
+
+}  // namespace
+
+void OperationalSpaceControllerParams::Validate() const {
+  const char* who = "OperationalSpaceControllerParams";
+  ThrowUnlessNonNegative(who, "position_stiffness", position_stiffness);
+  ThrowUnlessNonNegative(who, "position_damping", position_damping);
+  ThrowUnlessNonNegative(who, "rotation_stiffness", rotation_stiffness);
+  ThrowUnlessNonNegative(who, "rotation_damping", rotation_damping);
+  ThrowUnlessNonNegative(who, "force_gain", force_gain);
+  ThrowUnlessNonNegative(who, "force_integral_gain", force_integral_gain);
+  ThrowUnlessNonNegative(who, "force_damping", force_damping);
+  ThrowUnlessNonNegative(who, "max_integral_force", max_integral_force);
+  ThrowUnlessNonNegative(who, "moment_gain", moment_gain);
+  ThrowUnlessNonNegative(who, "moment_integral_gain", moment_integral_gain);
+  ThrowUnlessNonNegative(who, "moment_damping", moment_damping);
+  ThrowUnlessNonNegative(who, "max_integral_moment", max_integral_moment);
+  ThrowUnlessNonNegative(who, "force_filter_cutoff", force_filter_cutoff);
+  ThrowUnlessNonNegative(who, "selection_blend_time", selection_blend_time);
+  ThrowUnlessFinite(who, "q_rest", q_rest);
+  ThrowUnlessNonNegative(who, "posture_stiffness", posture_stiffness);
+  ThrowUnlessNonNegative(who, "posture_damping", posture_damping);
+  ThrowUnlessPositive(who, "max_mass", max_mass);
+  ThrowUnlessPositive(who, "characteristic_length", characteristic_length);
+  ThrowUnlessAllPositive(who, "torque_limit", torque_limit);
+  ThrowUnlessPositive(who, "torque_rate_limit", torque_rate_limit);
+  ThrowUnlessPositive(who, "period", period);
+  WithPeriod(force_passivity, period).Validate();
+  WithPeriod(moment_passivity, period).Validate();
+}
+
+OperationalSpaceInertia CalcOperationalSpaceInertia(const Matrix67& J_BE,
+                                                    const Matrix7& mass,
+                                                    double max_mass,
+                                                    double length) noexcept {
+  OperationalSpaceInertia result;
+  const Eigen::LLT<Matrix7> mass_llt(mass);
+  if (mass_llt.info() != Eigen::Success) return result;
+  result.valid = true;
+
+  // Scaled so that all eigenvalues are 1/kg. X^T X with X = L^-1 J^T is exactly
+  // symmetric.
+  Vector6 scale;
+  scale << 1, 1, 1, length, length, length;
+  Eigen::Matrix<double, 7, 6> X = J_BE.transpose() * scale.asDiagonal();
+  mass_llt.matrixL().solveInPlace(X);
+  const Matrix6 mobility = X.transpose() * X;
+
+  const double smallest = 1 / max_mass;
+  const Eigen::LLT<Matrix6> margin(mobility - smallest * Matrix6::Identity());
+  Matrix6 scaled;
+  if (margin.info() == Eigen::Success) {
+    scaled = mobility.llt().solve(Matrix6::Identity());
+  } else {
+    result.singular = true;
+    const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(mobility);
+    Vector6 masses;
+    for (int i = 0; i < 6; ++i) {
+      const double mu = std::max(0.0, eigen.eigenvalues()(i));
+      const double r = mu * max_mass;
+      masses(i) = r >= 1 ? 1 / mu : max_mass * (3 * r - 2 * r * r);
+    }
+    scaled = eigen.eigenvectors() * masses.asDiagonal() *
+             eigen.eigenvectors().transpose();
+  }
+  result.Lambda = scale.asDiagonal() * scaled * scale.asDiagonal();
+  return result;
+}
+
+OperationalSpaceController::OperationalSpaceController(
+    OperationalSpaceControllerParams params)
+    : params_((params.Validate(), params)),
+      force_loop_(MakeForceLoopParams(params)),
+      moment_loop_(MakeMomentLoopParams(params)),
+      blend_({.blend_time = params.selection_blend_time,
+              .period = params.period}) {}
+
+OperationalSpaceControllerState OperationalSpaceController::MakeState()
+    const noexcept {
+  OperationalSpaceControllerState state;
+  state.force = force_loop_.MakeState();
+  state.moment = moment_loop_.MakeState();
+  return state;
+}
+
+Vector7 OperationalSpaceController::Send(
+    const Vector7& torque, const Vector7& gravity,
+    OperationalSpaceControllerState* state) const noexcept {
+  const Vector7& limit = params_.torque_limit;
+  const Vector7 limited = torque.cwiseMax(-limit).cwiseMin(limit);
+  if (limited != torque) ++state->torque_limited;
+  if (!state->initialized) {
+    state->initialized = true;
+    state->torque = (-gravity).cwiseMax(-limit).cwiseMin(limit);
+  }
+  const Vector7 step =
+      Vector7::Constant(params_.torque_rate_limit * params_.period);
+  const Vector7 sent =
+      limited.cwiseMax(state->torque - step).cwiseMin(state->torque + step);
+  if (sent != limited) ++state->rate_limited;
+  state->torque = sent;
+  return sent;
+}
+
+OperationalSpaceControllerOutput OperationalSpaceController::Refuse(
+    const ModelTerms& model,
+    OperationalSpaceControllerState* state) const noexcept {
+  ++state->bad_inputs;
+  OperationalSpaceControllerOutput output;
+  output.torque = IsFinite(model) ? Send(-model.gravity, model.gravity, state)
+                                  : state->torque;
+  output.observed_energy = state->force.passivity.energy;
+  output.observed_moment_energy = state->moment.passivity.energy;
+  return output;
+}
+
+OperationalSpaceControllerOutput OperationalSpaceController::Update(
+    const OperationalSpaceControllerInput& input,
+    OperationalSpaceControllerState* state) const noexcept {
+  const ModelTerms& model = input.model;
+  if (!IsFinite(model) || !IsValid(input)) return Refuse(model, state);
+  const OperationalSpaceInertia inertia = CalcOperationalSpaceInertia(
+      model.J_BE, model.mass, params_.max_mass, params_.characteristic_length);
+  if (!inertia.valid) return Refuse(model, state);
+  if (inertia.singular) ++state->singular;
+  const Matrix6& Lambda = inertia.Lambda;
+
+  const Vector6 twist = model.J_BE * input.v;
+  const Vector3d v_BE = twist.head<3>();
+  const Vector3d w_BE = twist.tail<3>();
+  const Matrix3d& Omega_f =
+      blend_.Update(input.force_selection, &state->force_selection);
+  const Matrix3d& Omega_tau =
+      blend_.Update(input.moment_selection, &state->moment_selection);
+
+  // Motion: eq. (12) for a unit mass, with feed-forward.
+  Vector6 velocity_error = twist;
+  Vector6 acceleration = Vector6::Zero();
+  if (params_.feed_forward) {
+    velocity_error -= input.proxy_velocity;
+    acceleration = input.proxy_acceleration;
+  }
+  acceleration.head<3>() -= params_.position_stiffness * input.motion_error +
+                            params_.position_damping * velocity_error.head<3>();
+  acceleration.tail<3>() -= params_.rotation_stiffness * input.rotation_error +
+                            params_.rotation_damping * velocity_error.tail<3>();
+  acceleration.head<3>() -= Omega_f * acceleration.head<3>().eval();
+  acceleration.tail<3>() -= Omega_tau * acceleration.tail<3>().eval();
+
+  // Force: eq. (13).
+  OperationalSpaceControllerOutput output;
+  output.contact_force =
+      force_loop_.Update(input.reference_force, input.sensed_wrench.head<3>(),
+                         v_BE, input.force_selection, Omega_f, &state->force);
+  output.contact_moment = moment_loop_.Update(
+      input.reference_moment, input.sensed_wrench.tail<3>(), w_BE,
+      input.moment_selection, Omega_tau, &state->moment);
+  Vector6 contact_wrench;
+  contact_wrench << output.contact_force, output.contact_moment;
+
+  // Torque: eq. (14) to (17).
+  const Vector7 posture =
+      params_.posture_stiffness * (params_.q_rest - input.q) -
+      params_.posture_damping * input.v;
+  const Vector6 wrench =
+      Lambda * (acceleration - model.Jdot_v - model.J_BE * posture) +
+      contact_wrench;
+  output.torque = Send(model.J_BE.transpose() * wrench + model.mass * posture +
+                           model.bias - model.gravity,
+                       model.gravity, state);
+
+  const Vector6 motion_wrench = params_.unit_mass_motion_force
+                                    ? acceleration
+                                    : Vector6(Lambda * acceleration);
+  output.motion_force = motion_wrench.head<3>();
+  output.motion_moment = motion_wrench.tail<3>();
+  output.observed_energy = state->force.passivity.energy;
+  output.injected_damping = state->force.passivity.damping;
+  output.observed_moment_energy = state->moment.passivity.energy;
+  output.injected_moment_damping = state->moment.passivity.damping;
+  return output;
+}
+
+}  // namespace dual_proxy

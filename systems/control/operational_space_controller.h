@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "dual_proxy/control/force_loop.h"
+#include "dual_proxy/control/passivity_controller.h"
+#include "dual_proxy/control/selection_blend.h"
+
+namespace dual_proxy {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Vector7 = Eigen::Matrix<double, 7, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Matrix7 = Eigen::Matrix<double, 7, 7>;
+using Matrix67 = Eigen::Matrix<double, 6, 7>;
+
+/** Parameters of OperationalSpaceController. The gains' defaults are the
+paper's for the Panda (section VI). */
+struct OperationalSpaceControllerParams {
+  double position_stiffness{500};  ///< Kpm, 1/s^2, >= 0.
+  double position_damping{40};     ///< Kvm, 1/s, >= 0.
+  double rotation_stiffness{600};  ///< 1/s^2, >= 0.
+  double rotation_damping{38};     ///< 1/s, >= 0.
+
+  double force_gain{2.5};            ///< Kpf, >= 0.
+  double force_integral_gain{5.5};   ///< Kif, 1/s, >= 0.
+  double force_damping{20};          ///< Kvf, N s/m, >= 0.
+  double max_integral_force{10};     ///< N, >= 0: bound on |Kif int|.
+  double moment_gain{2.5};           ///< >= 0.
+  double moment_integral_gain{5.5};  ///< 1/s, >= 0.
+  double moment_damping{0.8};        ///< N m s/rad, >= 0.
+  double max_integral_moment{1};     ///< N m, >= 0.
+  /** Hz, >= 0: low-pass on the sensed wrench; 0 is off. Its phase is what makes
+  force_gain 2.5 need the passivity controller. */
+  double force_filter_cutoff{100};
+
+  /** True: the limited proxy's velocity and acceleration are fed forward, so
+  that the robot does not trail it by Kvm/Kpm. False: eq. (12) as printed. */
+  bool feed_forward{true};
+  /** s, >= 0: blend of a new selection (SelectionBlend); 0 switches at once, as
+  printed. */
+  double selection_blend_time{0.03};
+  /** Passivity controller of the force and of the moment loop on or off; the
+  observers always run. */
+  bool passivity{true};
+  /** Of the force loop; `enabled` and `period` are set from this struct. */
+  TimeDomainPassivityParams force_passivity{};
+  /** Of the moment loop: N m s/rad and J. */
+  TimeDomainPassivityParams moment_passivity{.initial_energy = 2e-4,
+                                             .max_energy = 2e-4,
+                                             .max_damping = 5,
+                                             .damping_margin = 1.5};
+
+  /** True: the output `motion_force` is the command of a unit mass, Lambda^-1
+  F_m, whose direction is that of the commanded motion. False: F_m as printed,
+  which Lambda turns by up to 17 degrees. */
+  bool unit_mass_motion_force{true};
+
+  /** rad, finite: joint posture kept in the null space. */
+  Vector7 q_rest{
+      (Vector7() << 0, -0.785398, 0, -2.356194, 0, 1.570796, 0.785398)
+          .finished()};
+  double posture_stiffness{25};  ///< 1/s^2, >= 0.
+  double posture_damping{10};    ///< 1/s, >= 0.
+
+  /** kg, > 0: apparent masses up to here are exact. Beyond it, towards a
+  singularity, the apparent mass falls to zero (OperationalSpaceInertia()). */
+  double max_mass{50};
+  /** m, > 0: lever that turns rotational inertia into mass for max_mass. */
+  double characteristic_length{0.2};
+
+  /** N m, > 0: per joint. */
+  Vector7 torque_limit{(Vector7() << 87, 87, 87, 87, 12, 12, 12).finished()};
+  double torque_rate_limit{1000};  ///< N m/s, > 0: per joint (the FCI's).
+  double period{0.001};            ///< s, > 0: control period.
+
+  /** @throws std::invalid_argument naming field, range and value. */
+  void Validate() const;
+};
+
+/** The arm's model at one configuration. Six-vectors are [linear; angular] of
+the tool point E in B. */
+struct ModelTerms {
+  Matrix67 J_BE{Matrix67::Zero()};    ///< v_BE = J_BE v.
+  Matrix7 mass{Matrix7::Identity()};  ///< A, kg m^2.
+  Vector7 bias{Vector7::Zero()};      ///< C v, N m, without gravity.
+  /** N m: generalized gravity force, as Drake's
+  CalcGravityGeneralizedForces() gives it; the torque that holds the arm is its
+  negative. */
+  Vector7 gravity{Vector7::Zero()};
+  Vector6 Jdot_v{Vector6::Zero()};  ///< Bias acceleration, m/s^2, rad/s^2.
+};
+
+/** Operational-space quantities of one configuration. */
+struct OperationalSpaceInertia {
+  Matrix6 Lambda{Matrix6::Zero()};  ///< (J A^-1 J^T)^-1, bounded; kg, kg m, kg m^2.
+  bool valid{false};                ///< False: A is not positive definite.
+  bool singular{false};             ///< The bound acted.
+};
+
+/** Lambda = (J A^-1 J^T)^-1, eq. (11), bounded.
+
+With angular rows scaled by `length` (m) the eigenvalues mu of J A^-1 J^T are
+1/kg. Where mu >= 1/max_mass, the apparent mass is 1/mu: exact. Below, with
+r = mu max_mass, it is max_mass (3 r - 2 r^2): the same value and slope at the
+border, at most 1.125 max_mass, and zero at the singularity, where the direction
+is dropped. About 1 us. No heap. */
+OperationalSpaceInertia CalcOperationalSpaceInertia(const Matrix67& J_BE,
+                                                    const Matrix7& mass,
+                                                    double max_mass,
+                                                    double length) noexcept;
+
+/** Inputs of one cycle. Vectors in B, 3-vectors unless said; every force is
+what the robot exerts on its environment. */
+struct OperationalSpaceControllerInput {
+  ModelTerms model;
+  Vector7 q{Vector7::Zero()};  ///< rad.
+  Vector7 v{Vector7::Zero()};  ///< rad/s.
+  /** dx_m = Omega_m (x_r - x_pr), m. */
+  Eigen::Vector3d motion_error{Eigen::Vector3d::Zero()};
+  /** Rotation vector of R_r R_p^T, projected, rad. */
+  Eigen::Vector3d rotation_error{Eigen::Vector3d::Zero()};
+  /** [linear; angular], m/s, rad/s. */
+  Vector6 proxy_velocity{Vector6::Zero()};
+  /** [linear; angular], m/s^2, rad/s^2. */
+  Vector6 proxy_acceleration{Vector6::Zero()};
+  Eigen::Vector3d reference_force{Eigen::Vector3d::Zero()};   ///< F_r, N.
+  Eigen::Vector3d reference_moment{Eigen::Vector3d::Zero()};  ///< M_r, N m.
+  /** Omega_f, a projection. */
+  Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
+  /** Omega_tau, a projection. */
+  Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
+  /** [force; moment about E], N, N m. */
+  Vector6 sensed_wrench{Vector6::Zero()};
+};
+
+/** Results of one cycle; 3-vectors in B. */
+struct OperationalSpaceControllerOutput {
+  Vector7 torque{Vector7::Zero()};  ///< N m, gravity compensation included.
+  /** Command in motion space: m/s^2 = N for 1 kg, or F_m in N
+  (unit_mass_motion_force). */
+  Eigen::Vector3d motion_force{Eigen::Vector3d::Zero()};
+  /** The same for rotation: rad/s^2, or N m. */
+  Eigen::Vector3d motion_moment{Eigen::Vector3d::Zero()};
+  /** F_f, command in force space, N. */
+  Eigen::Vector3d contact_force{Eigen::Vector3d::Zero()};
+  /** M_f, N m. */
+  Eigen::Vector3d contact_moment{Eigen::Vector3d::Zero()};
+  double observed_energy{0};          ///< J, force loop.
+  double injected_damping{0};         ///< N s/m, force loop.
+  double observed_moment_energy{0};   ///< J, moment loop.
+  double injected_moment_damping{0};  ///< N m s/rad, moment loop.
+};
+
+/** Memory of OperationalSpaceController. */
+struct OperationalSpaceControllerState {
+  SelectionBlendState force_selection;
+  SelectionBlendState moment_selection;
+  ForceLoopState force;
+  ForceLoopState moment;
+  Vector7 torque{Vector7::Zero()};  ///< Sent last, N m.
+  bool initialized{false};          ///< A torque was sent.
+  std::int64_t bad_inputs{0};       ///< Cycles refused.
+  std::int64_t singular{0};         ///< Cycles in which Lambda was bounded.
+  std::int64_t torque_limited{0};   ///< Cycles in which torque_limit acted.
+  std::int64_t rate_limited{0};     ///< Cycles in which the rate limit acted.
+};
+
+/** Unified force/motion control of a 7-joint arm in operational space, eq. (10)
+to (17), in six degrees of freedom:
+
+    a   = Omega_m   (-Kpm dx_m   - Kvm (v - v_p) + a_p)          linear
+        ; Omega_rot (-Kp  dphi_m - Kv  (w - w_p) + alpha_p)      angular
+    F_f, M_f by ForceLoop                                        eq. (13)
+    tau = J^T (Lambda (a - Jdot v) + [F_f; M_f]) + C v - g + N^T tau_0
+    N^T tau_0 = A u - J^T Lambda J u,   u = Kq (q_rest - q) - Dq v
+
+with Omega_m = I - Omega_b, Omega_rot = I - Omega_b,tau (the blended
+selections), v_p and a_p the limited proxy's velocity and acceleration
+(feed_forward). Joint-space C v - g and the term in Jdot v account for mu and p
+of eq. (14) exactly: without contact and F_f the tool point accelerates by a,
+whatever the posture does.
+
+The torque is limited per joint to torque_limit, and last of all in its rate,
+relative to the torque sent last; the first cycle starts at the gravity
+compensation.
+
+Refused cycles: if an input is not finite, a selection is not a projection or
+the mass matrix is not positive definite, the torque goes to the gravity
+compensation -g at the rate limit (if the model terms are not usable, it stays
+as sent last; zero before the first cycle), motion and contact forces are zero,
+the controller's memory rests, and state.bad_inputs counts it.
+
+Update() neither allocates nor throws; about 1.5 us. */
+class OperationalSpaceController {
+ public:
+  /** @throws std::invalid_argument if params are not valid. */
+  explicit OperationalSpaceController(
+      OperationalSpaceControllerParams params = {});
+
+  const OperationalSpaceControllerParams& params() const { return params_; }
+
+  OperationalSpaceControllerState MakeState() const noexcept;
+
+  /** Advances by one period.
+  @param[in,out] state  made by MakeState(). */
+  OperationalSpaceControllerOutput Update(
+      const OperationalSpaceControllerInput& input,
+      OperationalSpaceControllerState* state) const noexcept;
+
+ private:
+  /** Limits `torque` in size and rate, and remembers it as sent. */
+  Vector7 Send(const Vector7& torque, const Vector7& gravity,
+               OperationalSpaceControllerState* state) const noexcept;
+  OperationalSpaceControllerOutput Refuse(
+      const ModelTerms& model,
+      OperationalSpaceControllerState* state) const noexcept;
+
+  OperationalSpaceControllerParams params_;
+  ForceLoop force_loop_;
+  ForceLoop moment_loop_;
+  SelectionBlend blend_;
+};
+
+}  // namespace dual_proxy

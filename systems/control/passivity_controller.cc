@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/control/passivity_controller.h"
+
+#include <algorithm>
+
+#include "dual_proxy/common/validate.h"
+
+namespace dual_proxy {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+void TimeDomainPassivityParams::Validate() const {
+  const char* who = "TimeDomainPassivityParams";
+  ThrowUnlessPositive(who, "max_energy", max_energy);
+  ThrowUnlessInRange(who, "initial_energy", initial_energy, 0, max_energy);
+  ThrowUnlessNonNegative(who, "max_damping", max_damping);
+  ThrowUnlessInRange(who, "damping_margin", damping_margin, 0, max_damping);
+  ThrowUnlessInRange(who, "actuation_delay", actuation_delay, 0,
+                     kMaxActuationDelay);
+  ThrowUnlessPositive(who, "period", period);
+}
+
+TimeDomainPassivity::TimeDomainPassivity(TimeDomainPassivityParams params)
+    : params_(params) {
+  params_.Validate();
+}
+
+TimeDomainPassivityState TimeDomainPassivity::MakeState() const noexcept {
+  TimeDomainPassivityState state;
+  state.energy = params_.initial_energy;
+  state.commands.fill(Vector3d::Zero());
+  return state;
+}
+
+Vector3d TimeDomainPassivity::Update(
+    const Vector3d& feedback_force, const Vector3d& velocity,
+    const Matrix3d& force_selection,
+    TimeDomainPassivityState* state) const noexcept {
+  // Observer: the work done over the period that ends now.
+  const Vector3d mean_velocity = 0.5 * (state->velocity + velocity);
+  const Vector3d& acted = state->commands[params_.actuation_delay];
+  const double power =
+      acted.dot(mean_velocity) +
+      params_.damping_margin * (force_selection * mean_velocity).squaredNorm();
+  state->energy = std::clamp(state->energy - power * params_.period,
+                             -params_.max_energy, params_.max_energy);
+  state->velocity = velocity;
+
+  // Controller.
+  const Vector3d selected_velocity = force_selection * velocity;
+  state->damping =
+      params_.enabled
+          ? params_.max_damping *
+                std::clamp(1 - state->energy / params_.max_energy, 0.0, 1.0)
+          : 0.0;
+  const Vector3d injected = -state->damping * selected_velocity;
+  state->dissipated +=
+      state->damping * selected_velocity.squaredNorm() * params_.period;
+
+  std::copy_backward(state->commands.begin(), state->commands.end() - 1,
+                     state->commands.end());
+  state->commands[0] = feedback_force + injected;
+  return injected;
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/link/communication_channel.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dual_proxy/common/validate.h"
+
+namespace dual_proxy {
+
+void CommunicationChannelParams::Validate() const {
+  const char* const who = "CommunicationChannelParams";
+  ThrowUnlessNonNegative(who, "delay", delay);
+  ThrowUnlessNonNegative(who, "jitter", jitter);
+  ThrowUnlessInRange(who, "loss", loss, 0.0, std::nextafter(1.0, 0.0));
+}
+
+template <class Message>
+InFlightMessages<Message>::InFlightMessages(const InFlightMessages& other)
+    : InFlightMessages() {
+  *this = other;
+}
+
+template <class Message>
+InFlightMessages<Message>& InFlightMessages<Message>::operator=(
+    const InFlightMessages& other) noexcept {
+  if (this != &other) {
+    std::copy_n(other.items_.begin(), other.size_, items_.begin());
+    size_ = other.size_;
+  }
+  return *this;
+}
+
+template <class Message>
+bool InFlightMessages<Message>::Push(double arrival_time,
+                                     const Message& message) noexcept {
+  const bool full = size_ == kCapacity;
+  if (full) {
+    std::copy(items_.begin() + 1, items_.end(), items_.begin());
+    --size_;
+  }
+  items_[size_] = {arrival_time, message};
+  ++size_;
+  return full;
+}
+
+template <class Message>
+void InFlightMessages<Message>::EraseArrived(double time) noexcept {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < size_; ++i) {
+    if (items_[i].arrival_time <= time) continue;
+    if (kept != i) items_[kept] = items_[i];
+    ++kept;
+  }
+  size_ = kept;
+}
+
+template <class Message>
+CommunicationChannel<Message>::CommunicationChannel(
+    CommunicationChannelParams params)
+    : params_(params) {
+  params_.Validate();
+}
+
+template <class Message>
+CommunicationChannelState<Message> CommunicationChannel<Message>::MakeState(
+    std::uint64_t seed) const {
+  CommunicationChannelState<Message> state;
+  state.random = RandomStream(seed);
+  return state;
+}
+
+template <class Message>
+void CommunicationChannel<Message>::Send(
+    double time, const Message& message,
+    CommunicationChannelState<Message>* state) const noexcept {
+  if (message.sequence == -1 || message.sequence == state->last_sequence) {
+    return;
+  }
+  state->last_sequence = message.sequence;
+  if (!std::isfinite(time) || !IsFinite(message)) {
+    ++state->refused;
+    return;
+  }
+  ++state->sent;
+  const bool lost = state->random.Uniform() < params_.loss;
+  const double extra = params_.jitter * std::abs(state->random.Normal());
+  if (lost) {
+    ++state->lost;
+    return;
+  }
+
+  // Everything that has arrived leaves the channel; only the last is kept.
+  const Message& arrived = Receive(time, *state);
+  for (std::size_t i = 0; i < state->in_flight.size(); ++i) {
+    const double arrival_time = state->in_flight[i].arrival_time;
+    if (arrival_time <= time && arrival_time > state->delivered_time) {
+      state->delivered_time = arrival_time;
+    }
+  }
+  if (&arrived != &state->delivered) state->delivered = arrived;
+  state->in_flight.EraseArrived(time);
+
+  double arrival_time = time + params_.delay + extra;
+  if (!params_.reordering) {
+    arrival_time = std::max(arrival_time, state->last_arrival_time);
+  }
+  state->last_arrival_time = arrival_time;
+  if (state->in_flight.Push(arrival_time, message)) ++state->overflow;
+}
+
+template <class Message>
+const Message& CommunicationChannel<Message>::Receive(
+    double time,
+    const CommunicationChannelState<Message>& state) const noexcept {
+  const Message* latest = &state.delivered;
+  double latest_time = state.delivered_time;
+  for (std::size_t i = 0; i < state.in_flight.size(); ++i) {
+    const auto& item = state.in_flight[i];
+    if (item.arrival_time <= time && item.arrival_time >= latest_time) {
+      latest_time = item.arrival_time;
+      latest = &item.message;
+    }
+  }
+  return *latest;
+}
+
+template class InFlightMessages<PoseMessage>;
+template class InFlightMessages<ForceMessage>;
+template class CommunicationChannel<PoseMessage>;
+template class CommunicationChannel<ForceMessage>;
+
+}  // namespace dual_proxy

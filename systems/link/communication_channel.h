@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "dual_proxy/common/random.h"
+#include "dual_proxy/link/message.h"
+
+namespace dual_proxy {
+
+/** Parameters of a simulated link, one way. */
+struct CommunicationChannelParams {
+  /// Delay of every message, s, >= 0.
+  double delay{0.0};
+  /// Standard deviation of the normal whose absolute value is added to the
+  /// delay of each message, s, >= 0: a message is never early.
+  double jitter{0.0};
+  /// Probability that a message is lost, in [0, 1).
+  double loss{0.0};
+  /// True: a message may overtake an earlier one, as with UDP. False: a
+  /// message arrives no earlier than those sent before it, as with TCP.
+  bool reordering{true};
+
+  /** @throws std::invalid_argument naming the field. */
+  void Validate() const;
+};
+
+/** The messages under way, in the order sent, in memory that is allocated once.
+A copy costs what is in it, not what it can hold: simulators copy states. */
+template <class Message>
+class InFlightMessages {
+ public:
+  struct Item {
+    double arrival_time{0};  ///< s.
+    Message message;
+  };
+
+  /// Most messages under way at a time.
+  static constexpr std::size_t kCapacity = 512;
+
+  InFlightMessages() : items_(kCapacity) {}
+  InFlightMessages(const InFlightMessages& other);
+  InFlightMessages& operator=(const InFlightMessages& other) noexcept;
+  ~InFlightMessages() = default;
+
+  std::size_t size() const noexcept { return size_; }
+  const Item& operator[](std::size_t i) const noexcept { return items_[i]; }
+
+  /** Appends an item. If full, first drops the oldest, and returns true. */
+  bool Push(double arrival_time, const Message& message) noexcept;
+
+  /** Keeps the items that arrive after `time`, in their order. */
+  void EraseArrived(double time) noexcept;
+
+ private:
+  std::vector<Item> items_;
+  std::size_t size_{0};
+};
+
+/** Memory of a channel: what is under way, the generator and counters. Copies
+continue with the same random numbers. */
+template <class Message>
+struct CommunicationChannelState {
+  RandomStream random;
+  InFlightMessages<Message> in_flight;
+  Message delivered;  ///< The last arrived message, as of the last Send().
+  double delivered_time{-std::numeric_limits<double>::infinity()};
+  double last_arrival_time{-std::numeric_limits<double>::infinity()};
+  std::int64_t last_sequence{-1};  ///< Of the last message sent.
+  std::int64_t sent{0};      ///< Messages given to Send(), each counted once.
+  std::int64_t lost{0};      ///< Of these, lost on the way.
+  std::int64_t overflow{0};  ///< Of these, pushed out of a full channel.
+  std::int64_t refused{0};   ///< Messages refused because not finite.
+};
+
+/** A link with delay, jitter, loss and reordering, one way.
+
+Draws two random numbers per message whether or not they are used, so that with
+one seed the messages lost are the same for every delay and jitter, and the
+jitter of a message is the same for every loss. Values do not depend on the
+platform. */
+template <class Message>
+class CommunicationChannel {
+ public:
+  /** @throws std::invalid_argument for parameters out of range. */
+  explicit CommunicationChannel(CommunicationChannelParams params);
+
+  const CommunicationChannelParams& params() const { return params_; }
+
+  /** An empty channel; allocates all the memory it will ever use. */
+  CommunicationChannelState<Message> MakeState(std::uint64_t seed) const;
+
+  /** Offers the sender's newest message at `time` (s, not decreasing). One
+  whose sequence is -1 or that of the last call is no new message and ignored;
+  one that is not finite is refused and counted. Beyond
+  InFlightMessages::kCapacity messages under way the oldest is dropped and
+  counted. No heap, no throw. */
+  void Send(double time, const Message& message,
+            CommunicationChannelState<Message>* state) const noexcept;
+
+  /** The message with the latest arrival time that is not after `time`, or the
+  empty message (sequence -1). Where messages overtake one another, its sequence
+  may be smaller than before: LinkMonitor drops these.
+  @pre `time` is not before that of the last Send().
+  @returns a reference into `state`, valid until the next Send(). */
+  const Message& Receive(
+      double time,
+      const CommunicationChannelState<Message>& state) const noexcept;
+
+ private:
+  CommunicationChannelParams params_;
+};
+
+extern template class InFlightMessages<PoseMessage>;
+extern template class InFlightMessages<ForceMessage>;
+extern template class CommunicationChannel<PoseMessage>;
+extern template class CommunicationChannel<ForceMessage>;
+
+}  // namespace dual_proxy

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+namespace dual_proxy {
+
+/** What a receiver knows about its link. */
+enum class LinkStatus {
+  kWaiting = 0,    ///< No message has been accepted yet.
+  kConnected = 1,  ///< The last accepted message is not older than the timeout.
+  kLost = 2,       ///< Silent for longer than the timeout.
+};
+
+struct LinkMonitorParams {
+  /// Silence after which the link counts as lost, s since the last accepted
+  /// message came, > 0. Several message intervals, or single losses look like
+  /// a lost link.
+  double timeout{0.5};
+  /// Messages that were sent longer ago are dropped, s, > 0. Needs the two
+  /// clocks to agree; one that is ahead by more is dropped too.
+  double max_age{5.0};
+  /// A message counts as a latency spike if it is older on arrival than the
+  /// fastest message so far by more than this, s, > 0.
+  double spike_threshold{0.1};
+
+  /** @throws std::invalid_argument naming the field. */
+  void Validate() const;
+};
+
+/** State and counters of a LinkMonitor. */
+struct LinkMonitorState {
+  LinkStatus status{LinkStatus::kWaiting};
+  std::int64_t last_sequence{-1};  ///< Of the message in use.
+  double last_send_time{0};     ///< Of the message in use, sender's clock, s.
+  double last_arrival_time{0};  ///< Of the message in use, s.
+  double age{0};  ///< Now minus send time of the message in use, s; 0 before.
+  std::int64_t received{0};    ///< Messages accepted.
+  std::int64_t dropped{0};     ///< Messages refused: too old or out of order.
+  std::int64_t gaps{0};        ///< Sequence numbers that were skipped.
+  std::int64_t spikes{0};      ///< Accepted messages that came unusually late.
+  std::int64_t bad_inputs{0};  ///< Messages refused: not finite or not valid.
+  std::int64_t losses{0};      ///< Times the link was lost.
+  std::int64_t seen_sequence{-1};  ///< Of the last message looked at.
+  double min_age{std::numeric_limits<double>::infinity()};  ///< On arrival, s.
+};
+
+/** Decides, message by message, what may be acted on, and whether the link is
+alive (spec section 3, point 4).
+
+A message is accepted if its numbers are valid, its age is within bounds and its
+sequence is larger than that of the message in use. A sender that was restarted
+counts from zero again: it is accepted once the link counts as lost, if its
+message was sent later than the one in use. */
+class LinkMonitor {
+ public:
+  /** @throws std::invalid_argument for parameters out of range. */
+  explicit LinkMonitor(LinkMonitorParams params);
+
+  const LinkMonitorParams& params() const { return params_; }
+
+  LinkMonitorState MakeState() const { return {}; }
+
+  /** Looks at the newest message; call it every tick, also without a new one.
+  @param time receiver's clock, s, not decreasing; the call is refused (counted
+      in bad_inputs) if it is not finite.
+  @param sequence of the newest message; -1 or that of the last call: nothing
+      new.
+  @param send_time of the newest message, s.
+  @param valid whether the content of the message may be acted on.
+  @returns true if the message is fresh and is to be used.  No heap, no throw.
+  */
+  bool Update(double time, std::int64_t sequence, double send_time, bool valid,
+              LinkMonitorState* state) const noexcept;
+
+ private:
+  bool Accept(double time, std::int64_t sequence, double send_time, bool valid,
+              LinkMonitorState* state) const noexcept;
+
+  LinkMonitorParams params_;
+};
+
+}  // namespace dual_proxy

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/link/pose_sender.h"
+
+#include <cmath>
+
+#include "dual_proxy/common/rotation.h"
+#include "dual_proxy/common/validate.h"
+
+namespace dual_proxy {
+namespace {
+
+void Accumulate(const PoseMessage& sample, PoseMessage* sum) noexcept {
+  sum->pose.p += sample.pose.p;
+  sum->pose.R += sample.pose.R;
+  sum->force_selection = sample.force_selection;
+  sum->moment_selection = sample.moment_selection;
+}
+
+void Clear(PoseMessage* sum) noexcept {
+  sum->pose.p.setZero();
+  sum->pose.R.setZero();
+}
+
+void Divide(double samples, PoseMessage* sum) noexcept {
+  sum->pose.p /= samples;
+  sum->pose.R = ProjectToRotation(sum->pose.R);
+}
+
+void Accumulate(const ForceMessage& sample, ForceMessage* sum) noexcept {
+  sum->force += sample.force;
+}
+
+void Clear(ForceMessage* sum) noexcept { sum->force.setZero(); }
+
+void Divide(double samples, ForceMessage* sum) noexcept {
+  sum->force /= samples;
+}
+
+}  // namespace
+
+void PoseSenderParams::Validate() const {
+  const char* const who = "PoseSenderParams";
+  ThrowUnlessPositive(who, "period", period);
+  ThrowUnlessPositive(who, "rate", rate);
+  // One part in 1e9 of slack: 1 / 0.001 is not exactly 1000 for every period.
+  ThrowUnlessInRange(who, "rate", rate, 0.0, (1.0 + 1e-9) / period);
+}
+
+template <class Message>
+MessageSender<Message>::MessageSender(PoseSenderParams params)
+    : params_(params) {
+  params_.Validate();
+}
+
+template <class Message>
+const Message& MessageSender<Message>::Add(
+    double time, const Message& sample,
+    MessageSenderState<Message>* state) const noexcept {
+  if (!std::isfinite(time)) {
+    ++state->bad_inputs;
+    return state->message;
+  }
+  if (!state->started) {
+    state->started = true;
+    state->next_due = time;
+    Clear(&state->sum);
+  }
+  if (IsValid(sample)) {
+    if (!params_.average) {
+      Clear(&state->sum);
+      state->samples = 0;
+    }
+    Accumulate(sample, &state->sum);
+    ++state->samples;
+  } else {
+    ++state->bad_inputs;
+  }
+  // The tick nearest to the due time, whichever way the two round.
+  if (time < state->next_due - 0.5 * params_.period) return state->message;
+  const double interval = 1.0 / params_.rate;
+  const double late = time - state->next_due + 0.5 * params_.period;
+  state->next_due += interval * (std::floor(late / interval) + 1.0);
+  if (state->samples == 0) return state->message;
+  const std::int64_t sequence = state->message.sequence + 1;
+  Divide(static_cast<double>(state->samples), &state->sum);
+  state->message = state->sum;
+  state->message.sequence = sequence;
+  state->message.send_time = time;
+  Clear(&state->sum);
+  state->samples = 0;
+  return state->message;
+}
+
+template class MessageSender<PoseMessage>;
+template class MessageSender<ForceMessage>;
+
+const PoseMessage& PoseSender::Update(double time, const Pose& pose,
+                                      const Eigen::Matrix3d& force_selection,
+                                      const Eigen::Matrix3d& moment_selection,
+                                      PoseSenderState* state) const noexcept {
+  PoseMessage sample;
+  sample.pose = pose;
+  sample.force_selection = force_selection;
+  sample.moment_selection = moment_selection;
+  return Add(time, sample, state);
+}
+
+const ForceMessage& ForceSender::Update(
+    double time, const Eigen::Vector3d& force,
+    ForceSenderState* state) const noexcept {
+  ForceMessage sample;
+  sample.force = force;
+  return Add(time, sample, state);
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "dual_proxy/common/pose.h"
+#include "dual_proxy/link/message.h"
+
+namespace dual_proxy {
+
+/** Parameters of a sender: of poses (PoseSender) or forces (ForceSender). */
+struct PoseSenderParams {
+  /// Messages per second, Hz, in (0, 1/period]. The paper uses 50, and 5 for
+  /// its remote run.
+  double rate{50.0};
+  /// True: a message holds the mean of the samples since the last message,
+  /// which smooths it and delays it by half an interval. False: the newest
+  /// sample.
+  bool average{true};
+  /// Time between two calls of Update(), s, > 0.
+  double period{0.001};
+
+  /** @throws std::invalid_argument naming the field. */
+  void Validate() const;
+};
+
+/** Memory of a sender; `message` is the newest message to be sent. */
+template <class Message>
+struct MessageSenderState {
+  Message message;             ///< sequence -1 until the first call.
+  Message sum;                 ///< Sum of the samples since the last message.
+  std::int64_t samples{0};     ///< Number of samples in `sum`.
+  double next_due{0};          ///< Time of the next message, s.
+  bool started{false};         ///< True after the first call.
+  std::int64_t bad_inputs{0};  ///< Samples refused: not finite, or no pose.
+};
+
+/** What PoseSender and ForceSender share: when a message is due, and the mean
+over the samples since the last one.
+
+The first message goes out with the first sample, at time t0, then one with the
+tick nearest to t0 + k/rate. A sample that is not valid is left out and counted;
+a message that would have no sample is not sent, so that the receiver's
+LinkMonitor sees the silence. */
+template <class Message>
+class MessageSender {
+ public:
+  /** @throws std::invalid_argument for parameters out of range. */
+  explicit MessageSender(PoseSenderParams params);
+
+  const PoseSenderParams& params() const { return params_; }
+
+  MessageSenderState<Message> MakeState() const { return {}; }
+
+ protected:
+  ~MessageSender() = default;
+
+  const Message& Add(double time, const Message& sample,
+                     MessageSenderState<Message>* state) const noexcept;
+
+ private:
+  PoseSenderParams params_;
+};
+
+using PoseSenderState = MessageSenderState<PoseMessage>;
+using ForceSenderState = MessageSenderState<ForceMessage>;
+
+/** Turns 1 kHz poses into messages of a lower rate: mean position and
+chordal-mean rotation of the samples since the last message (spec section 4),
+with the latest selections. */
+class PoseSender final : public MessageSender<PoseMessage> {
+ public:
+  using MessageSender::MessageSender;
+
+  /** Takes one sample and, when one is due, makes the next message.
+  @param time sender's clock, s, not decreasing.
+  @param pose X_DH or X_BE.
+  @param force_selection Omega_f, 3x3 projection, in B; zero from the device.
+  @param moment_selection Omega_tau, likewise.
+  @returns state->message: a new one exactly when its sequence has grown.
+  No heap, no throw. */
+  const PoseMessage& Update(double time, const Pose& pose,
+                            const Eigen::Matrix3d& force_selection,
+                            const Eigen::Matrix3d& moment_selection,
+                            PoseSenderState* state) const noexcept;
+};
+
+/** Turns 1 kHz forces into messages of a lower rate; for the two-channel
+baseline. */
+class ForceSender final : public MessageSender<ForceMessage> {
+ public:
+  using MessageSender::MessageSender;
+
+  /** Takes one sample and, when one is due, makes the next message.
+  @param time sender's clock, s, not decreasing.
+  @param force sensed force, robot on its environment, N, in B.
+  @returns state->message: a new one exactly when its sequence has grown.
+  No heap, no throw. */
+  const ForceMessage& Update(double time, const Eigen::Vector3d& force,
+                             ForceSenderState* state) const noexcept;
+};
+
+}  // namespace dual_proxy

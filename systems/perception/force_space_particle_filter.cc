@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/perception/force_space_particle_filter.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "dual_proxy/common/validate.h"
+
+namespace dual_proxy {
+namespace {
+
+constexpr int kMaxParticles = 100000;
+
+double Clamp01(double value) noexcept { return std::clamp(value, 0.0, 1.0); }
+
+/** The weight of a particle, eq. (6)-(8), for one force and velocity. */
+class PaperLikelihood {
+ public:
+  PaperLikelihood(const ForceSpaceParticleFilterThresholds& thresholds,
+                  const Eigen::Vector3d& force,
+                  const Eigen::Vector3d& velocity) noexcept
+      : force_(force),
+        velocity_(velocity),
+        force_low_(thresholds.force_low),
+        velocity_low_(thresholds.velocity_low),
+        force_slope_(1 / (thresholds.force_high - thresholds.force_low)),
+        velocity_slope_(1 /
+                        (thresholds.velocity_high - thresholds.velocity_low)),
+        centre_(0.5 *
+                (1 - Clamp01((force.norm() - force_low_) * force_slope_))) {}
+
+  /** Of the unit vector (x, y, z), or of the centre if all are zero. */
+  double operator()(double x, double y, double z) const noexcept {
+    const double force = x * force_.x() + y * force_.y() + z * force_.z();
+    const double speed =
+        std::abs(x * velocity_.x() + y * velocity_.y() + z * velocity_.z());
+    const double on_sphere =
+        Clamp01((force - force_low_) * force_slope_) *
+        Clamp01(1 - (speed - velocity_low_) * velocity_slope_);
+    return x * x + y * y + z * z > 0.5 ? on_sphere : centre_;
+  }
+
+ private:
+  Eigen::Vector3d force_;
+  Eigen::Vector3d velocity_;
+  double force_low_;
+  double velocity_low_;
+  double force_slope_;
+  double velocity_slope_;
+  double centre_;
+};
+
+/** True if every entry is finite and small enough to be squared. */
+bool IsUsable(const Eigen::Vector3d& value) noexcept {
+  return std::isfinite(value.squaredNorm());
+}
+
+/** `value` over its norm, or zero if that is at most `epsilon`. */
+Eigen::Vector3d NormalizedOrZero(const Eigen::Vector3d& value,
+                                 double epsilon) noexcept {
+  const double norm = value.norm();
+  return norm > epsilon ? Eigen::Vector3d(value / norm)
+                        : Eigen::Vector3d::Zero();
+}
+
+}  // namespace
+
+void ForceSpaceParticleFilterThresholds::Validate() const {
+  constexpr const char* kWho = "ForceSpaceParticleFilterThresholds";
+  ThrowUnlessNonNegative(kWho, "force_low", force_low);
+  ThrowUnlessPositive(kWho, "force_high", force_high);
+  ThrowUnlessNonNegative(kWho, "velocity_low", velocity_low);
+  ThrowUnlessPositive(kWho, "velocity_high", velocity_high);
+  if (force_high <= force_low) {
+    ThrowInvalidField(kWho, "force_high", "a value > force_low", force_high);
+  }
+  if (velocity_high <= velocity_low) {
+    ThrowInvalidField(kWho, "velocity_high", "a value > velocity_low",
+                      velocity_high);
+  }
+}
+
+void ForceSpaceParticleFilterParams::Validate() const {
+  constexpr const char* kWho = "ForceSpaceParticleFilterParams";
+  ThrowUnlessInRange(kWho, "num_particles", num_particles, 2, kMaxParticles);
+  ThrowUnlessPositive(kWho, "period", period);
+  if (likelihood != Likelihood::kPaper) {
+    ThrowInvalidField(kWho, "likelihood", "Likelihood::kPaper",
+                      static_cast<int>(likelihood));
+  }
+  ThrowUnlessInRange(kWho, "scatter_mean", scatter_mean, -1, 1);
+  ThrowUnlessInRange(kWho, "scatter_std", scatter_std, 0, 1);
+  update_thresholds.Validate();
+  resampling_thresholds.Validate();
+  if (!(alpha_add > 0 && alpha_add < 1)) {
+    ThrowInvalidField(kWho, "alpha_add", "a value in (0, 1)", alpha_add);
+  }
+  if (!(alpha_remove > 0 && alpha_remove <= alpha_add)) {
+    ThrowInvalidField(kWho, "alpha_remove", "a value in (0, alpha_add]",
+                      alpha_remove);
+  }
+  ThrowUnlessInRange(kWho, "epsilon", epsilon, 1e-12, 0.1);
+  ThrowUnlessInRange(kWho, "prior_particles", prior_particles, 0,
+                     kMaxParticles);
+}
+
+ForceSpaceParticleFilter::ForceSpaceParticleFilter(const Params& params)
+    : params_(params) {
+  params_.Validate();
+}
+
+ForceSpaceParticleFilterState ForceSpaceParticleFilter::MakeState(
+    std::uint64_t seed) const {
+  State state;
+  state.random = RandomStream(seed);
+  state.particles.setZero(3, params_.num_particles);
+  state.augmented.setZero(3, capacity());
+  state.cumulative_weights.setZero(capacity());
+  return state;
+}
+
+// Moved particles, at most as many added ones, the priors', and the centre.
+int ForceSpaceParticleFilter::capacity() const noexcept {
+  return 2 * params_.num_particles + kMaxPriors * params_.prior_particles + 1;
+}
+
+bool ForceSpaceParticleFilter::IsCompatible(const State& state) const noexcept {
+  return state.particles.cols() == params_.num_particles &&
+         state.augmented.cols() == capacity() &&
+         state.cumulative_weights.size() == capacity();
+}
+
+FilterStatus ForceSpaceParticleFilter::Update(
+    const Eigen::Vector3d& sensed_force, const Eigen::Vector3d& velocity,
+    const Eigen::Vector3d& motion_force, const Eigen::Vector3d& contact_force,
+    State* state) const noexcept {
+  if (!IsUsable(sensed_force) || !IsUsable(velocity) ||
+      !IsUsable(motion_force) || !IsUsable(contact_force) ||
+      !IsCompatible(*state)) {
+    ++state->bad_inputs;
+    return FilterStatus::kBadInput;
+  }
+  ++state->updates;
+  int count = MoveParticles(state);
+  count = AddPrior(count, state);
+  count = AddTentative(sensed_force, velocity, motion_force, contact_force,
+                       count, state);
+  state->augmented.col(count++).setZero();
+  const bool is_ok = Resample(sensed_force, velocity, count, state);
+  CalcSpaces(state);
+  return is_ok ? FilterStatus::kOk : FilterStatus::kAllWeightsZero;
+}
+
+FilterStatus ForceSpaceParticleFilter::SetPrior(
+    const Eigen::Ref<const Eigen::Matrix3Xd>& normals,
+    State* state) const noexcept {
+  bool is_ok = normals.cols() <= kMaxPriors;
+  for (int i = 0; is_ok && i < normals.cols(); ++i) {
+    is_ok = IsUsable(normals.col(i)) && normals.col(i).norm() > params_.epsilon;
+  }
+  if (!is_ok) {
+    ++state->bad_inputs;
+    return FilterStatus::kBadInput;
+  }
+  state->num_priors = static_cast<int>(normals.cols());
+  for (int i = 0; i < state->num_priors; ++i) {
+    state->prior.col(i) = normals.col(i).normalized();
+  }
+  return FilterStatus::kOk;
+}
+
+int ForceSpaceParticleFilter::MoveParticles(State* state) const noexcept {
+  const double mean = params_.scatter_mean;
+  const double std = params_.scatter_std;
+  for (int i = 0; i < params_.num_particles; ++i) {
+    Eigen::Vector3d particle = state->particles.col(i);
+    if (particle.squaredNorm() > 0) {
+      for (double& coordinate : particle) {
+        coordinate += mean + std * state->random.Normal();
+      }
+      particle = NormalizedOrZero(particle, params_.epsilon);
+    }
+    state->augmented.col(i) = particle;
+  }
+  return params_.num_particles;
+}
+
+int ForceSpaceParticleFilter::AddPrior(int count, State* state) const noexcept {
+  for (int i = 0; i < state->num_priors; ++i) {
+    state->augmented.middleCols(count, params_.prior_particles).colwise() =
+        state->prior.col(i);
+    count += params_.prior_particles;
+  }
+  return count;
+}
+
+int ForceSpaceParticleFilter::AddTentative(const Eigen::Vector3d& sensed_force,
+                                           const Eigen::Vector3d& velocity,
+                                           const Eigen::Vector3d& motion_force,
+                                           const Eigen::Vector3d& contact_force,
+                                           int count,
+                                           State* state) const noexcept {
+  const double epsilon = params_.epsilon;
+  if (!(motion_force.norm() > epsilon)) return count;
+  const Eigen::Vector3d tentative = NormalizedOrZero(motion_force, epsilon);
+  const Eigen::Vector3d u_f = NormalizedOrZero(contact_force, epsilon);
+  const PaperLikelihood weight(params_.update_thresholds, sensed_force,
+                               velocity);
+  const double share = weight(tentative.x(), tentative.y(), tentative.z());
+  const int num_added =
+      static_cast<int>(std::floor(share * params_.num_particles + 0.5));
+  for (int i = 0; i < num_added; ++i) {
+    const double s = (i + 0.5) / num_added;
+    state->augmented.col(count++) =
+        NormalizedOrZero(s * u_f + (1 - s) * tentative, epsilon);
+  }
+  return count;
+}
+
+bool ForceSpaceParticleFilter::Resample(const Eigen::Vector3d& sensed_force,
+                                        const Eigen::Vector3d& velocity,
+                                        int count,
+                                        State* state) const noexcept {
+  const int n = params_.num_particles;
+  const PaperLikelihood weight(params_.resampling_thresholds, sensed_force,
+                               velocity);
+  const double* x = state->augmented.row(0).data();
+  const double* y = state->augmented.row(1).data();
+  const double* z = state->augmented.row(2).data();
+  double* cumulative = state->cumulative_weights.data();
+  for (int i = 0; i < count; ++i) cumulative[i] = weight(x[i], y[i], z[i]);
+  int last = 0;  // The last particle that has any weight.
+  double total = 0;
+  for (int i = 0; i < count; ++i) {
+    if (cumulative[i] > 0) last = i;
+    total += cumulative[i];
+    cumulative[i] = total;
+  }
+  const double first = state->random.Uniform() / n;
+  if (!(total > 0)) {
+    ++state->all_weights_zero;
+    state->particles = state->augmented.leftCols(n);
+    state->particles.col(n - 1).setZero();
+    return false;
+  }
+  int chosen = 0;
+  for (int i = 0; i < n; ++i) {
+    const double sample = (first + static_cast<double>(i) / n) * total;
+    while (chosen < last && cumulative[chosen] <= sample) ++chosen;
+    state->particles.col(i) = state->augmented.col(chosen);
+  }
+  return true;
+}
+
+void ForceSpaceParticleFilter::CalcSpaces(State* state) const noexcept {
+  // Dot products of rows: a matrix product of this size would use the heap.
+  Eigen::Matrix3d second_moment;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      second_moment(i, j) =
+          state->particles.row(i).dot(state->particles.row(j));
+      second_moment(j, i) = second_moment(i, j);
+    }
+  }
+  const Eigen::Vector3d sum = state->particles.rowwise().sum();
+  const double num_on_sphere = second_moment.trace();
+  if (num_on_sphere > 0) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(second_moment);
+    state->singular_values =
+        solver.eigenvalues().reverse().cwiseMax(0).cwiseSqrt();
+    Eigen::Matrix3d& U = state->singular_vectors;
+    U.leftCols<2>() = solver.eigenvectors().rightCols<2>().rowwise().reverse();
+    for (int i = 0; i < 2; ++i) {
+      if (U.col(i).dot(sum) < 0) U.col(i) *= -1;
+    }
+    U.col(2) = U.col(0).cross(U.col(1));
+  } else {
+    state->singular_values.setZero();
+    state->singular_vectors.setIdentity();
+  }
+
+  const Eigen::Vector3d& S = state->singular_values;
+  const Eigen::Matrix3d& U = state->singular_vectors;
+  // Equation (9), with |S|^2 the number of particles on the sphere: compared as
+  // integers, so that rounding cannot decide at exactly one half.
+  if (2 * std::lround(num_on_sphere) < params_.num_particles) {
+    state->dimension = 0;
+  } else {
+    const double add = params_.alpha_add * S(0);
+    const double remove = params_.alpha_remove * S(0);
+    const int at_least = 1 + (S(1) > add) + (S(2) > add);
+    const int at_most = 3 - (S(1) < remove) - (S(2) < remove);
+    state->dimension = std::clamp(state->dimension, at_least, at_most);
+  }
+  switch (state->dimension) {
+    case 0:
+      state->force_selection.setZero();
+      break;
+    case 1:
+      state->force_selection = U.col(0) * U.col(0).transpose();
+      break;
+    case 2:
+      state->force_selection =
+          Eigen::Matrix3d::Identity() - U.col(2) * U.col(2).transpose();
+      break;
+    default:
+      state->force_selection.setIdentity();
+  }
+  state->motion_selection =
+      Eigen::Matrix3d::Identity() - state->force_selection;
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "dual_proxy/common/random.h"
+
+namespace dual_proxy {
+
+/** How a particle's weight is computed. */
+enum class Likelihood {
+  kPaper,  ///< Product of a force and a velocity ramp, eq. (6)-(8).
+};
+
+/** Corners of the two ramps of the likelihood, eq. (6) and (7). */
+struct ForceSpaceParticleFilterThresholds {
+  /** f_l, N, >= 0: below it a contact along the particle is ruled out. */
+  double force_low{0};
+  /** f_h, N, > force_low: above it the force speaks fully for the particle. */
+  double force_high{3};
+  /** v_l, m/s, >= 0: below it the velocity speaks fully for the particle. */
+  double velocity_low{0.001};
+  /** v_h, m/s, > velocity_low: above it a contact there is ruled out. */
+  double velocity_high{0.01};
+
+  /** @throws std::invalid_argument naming the field, its range and value. */
+  void Validate() const;
+};
+
+/** Parameters of ForceSpaceParticleFilter; the defaults are the paper's
+(section V.C) where it gives a number. For the angular filter read N m for N and
+rad/s for m/s. */
+struct ForceSpaceParticleFilterParams {
+  /** n_p, 2 to 100000. The cost of an update is proportional to it. */
+  int num_particles{1000};
+  /** s, > 0: time between updates. The caller keeps it; scatter, resampling
+  and added particles of the printed method are per update. */
+  double period{1.0 / 15.0};
+  /** Which likelihood. */
+  Likelihood likelihood{Likelihood::kPaper};
+  /** alpha of the scatter N(alpha, Sigma): mean per axis, dimensionless. */
+  double scatter_mean{0};
+  /** Sigma of the scatter: standard deviation per axis, dimensionless, 0 to 1.
+  Larger follows a turning normal faster, but spreads more. */
+  double scatter_std{0.025};
+  /** Weighs the tentative particle, which decides how many are added. */
+  ForceSpaceParticleFilterThresholds update_thresholds{3, 10, 0.001, 0.005};
+  /** Weighs every particle when resampling. */
+  ForceSpaceParticleFilterThresholds resampling_thresholds{0, 3, 0.001, 0.01};
+  /** A direction is added when its singular value exceeds this share of the
+  largest; in (0, 1). */
+  double alpha_add{0.5};
+  /** A direction is removed when its singular value is below this share of the
+  largest; in (0, alpha_add]. */
+  double alpha_remove{0.1};
+  /** Vectors no longer than this count as zero (N for the commands,
+  dimensionless for particles), 1e-12 to 0.1. */
+  double epsilon{1e-6};
+  /** Particles that each prior normal adds to an update, 0 to 100000. */
+  int prior_particles{50};
+
+  /** @throws std::invalid_argument naming the field, its range and value. */
+  void Validate() const;
+};
+
+/** What an update came to. */
+enum class FilterStatus {
+  kOk,
+  kBadInput,        ///< Refused: not finite, or its square overflows.
+  kAllWeightsZero,  ///< Nothing is likely; moved particles kept, and counted.
+};
+
+/** What the filter remembers, and its result. Made by MakeState(); copyable,
+and a copy continues with the same random numbers. The members up to `prior` are
+valid after construction and after every update, whatever the input:
+`force_selection` and `motion_selection` are orthogonal projections (symmetric,
+idempotent) of rank `dimension` and 3 - `dimension` that sum to the identity. */
+struct ForceSpaceParticleFilterState {
+  /** One array per coordinate. */
+  using Particles = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
+
+  /** 3 x num_particles, in B: unit vectors into the surface, or zero for "no
+  contact". */
+  Particles particles;
+  /** d, 0 to 3: number of directions in force space. */
+  int dimension{0};
+  /** Omega_f, in B. */
+  Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
+  /** Omega_m = I - Omega_f, in B. */
+  Eigen::Matrix3d motion_selection{Eigen::Matrix3d::Identity()};
+  /** Of the particles, decreasing; the squares sum to the number of particles
+  on the sphere. */
+  Eigen::Vector3d singular_values{Eigen::Vector3d::Zero()};
+  /** U = [U1 U2 U3] as columns, in B, right-handed. U1 and U2 point to the
+  side of the particles' mean, so U1 is the normal INTO the surface in a single
+  contact. Identity while there are no particles on the sphere. */
+  Eigen::Matrix3d singular_vectors{Eigen::Matrix3d::Identity()};
+
+  /** Expected normals, unit vectors in B; the first `num_priors` columns. */
+  Eigen::Matrix<double, 3, 8> prior{Eigen::Matrix<double, 3, 8>::Zero()};
+  int num_priors{0};
+
+  RandomStream random;
+
+  /** Updates carried out, with kAllWeightsZero, and calls refused. */
+  std::int64_t updates{0};
+  std::int64_t all_weights_zero{0};
+  std::int64_t bad_inputs{0};
+
+  /** Work space of an update: the augmented list and its cumulative weights;
+  nothing in it survives from one update to the next. */
+  Particles augmented;
+  Eigen::VectorXd cumulative_weights;
+};
+
+/** Estimates in which directions the tool touches something: the Force-Space
+Particle Filter of section IV of the paper. Particles live on the unit sphere
+(a possible contact normal, pointing into the surface) and at its centre (no
+contact). One update is
+
+    move      rho += N(scatter_mean, scatter_std) for rho != 0     Algorithm 1
+    add       along the arc from F_f to F_m, if F_m is likely      Algorithm 1
+    weight    w = w_f(rho, F_s) w_v(rho, v), in [0, 1]             eq. (6)-(8)
+    resample  low-variance, back to num_particles                  Algorithm 2
+    spaces    dimension and Omega_f from the singular values       Algorithm 3
+
+Where this departs from what is printed:
+- Each of w_f and w_v is clamped to [0, 1] (the paper says that they are in it).
+- Algorithm 2 advances while the cumulative weight is *below* the sample.
+- Algorithm 3 is the clamp of the previous dimension to [d_hb, d_lb]; as printed
+  it jumps to the upper bound. "Free" is |S| < sqrt(num_particles / 2), (9).
+- All weights zero: the printed resampling divides by zero. The moved particles
+  are kept, the last slot becomes the centre, and it is counted.
+- n_add is w(rho_t) num_particles rounded to the nearest integer, half up.
+- The spaces come from the 3 x 3 eigenproblem of sum rho rho^T, which has the
+  singular vectors and squared singular values of the printed matrix (its
+  appended zero columns change nothing).
+
+A prior (section IV.C: from vision, or from what was believed at this place
+before) adds unscattered particles at its normals to each update, to be weighed
+like all others: it can only help what the sensors also support.
+
+The angular filter is a second instance fed with moments and angular velocity.
+There the particles are axes of constrained rotation. */
+class ForceSpaceParticleFilter {
+ public:
+  using Params = ForceSpaceParticleFilterParams;
+  using State = ForceSpaceParticleFilterState;
+
+  /** The largest number of prior normals. */
+  static constexpr int kMaxPriors = 8;
+
+  /** @throws std::invalid_argument if `params` is invalid. */
+  explicit ForceSpaceParticleFilter(const Params& params = {});
+
+  const Params& params() const { return params_; }
+
+  /** Every particle at the centre, dimension 0, no prior. Allocates. The same
+  seed gives the same results, bit for bit. */
+  State MakeState(std::uint64_t seed = 0) const;
+
+  /** True if `state` was made by MakeState() of a filter with the same numbers
+  of particles. */
+  bool IsCompatible(const State& state) const noexcept;
+
+  /** Advances the particles by one period and computes the spaces.
+  @param sensed_force  F_s, 3-vector, N, in B: robot on environment, mean over
+    the period.
+  @param velocity  v_BE, 3-vector, m/s, in B, mean over the period.
+  @param motion_force  F_m, 3-vector, N, in B: command in motion space.
+  @param contact_force  F_f, 3-vector, N, in B: command in force space.
+  @param[in,out] state  but for its count unchanged if kBadInput is returned.
+  @returns kOk, kBadInput (also for a state that is not compatible) or
+    kAllWeightsZero.
+  Cost O(num_particles). No heap, no throw. */
+  FilterStatus Update(const Eigen::Vector3d& sensed_force,
+                      const Eigen::Vector3d& velocity,
+                      const Eigen::Vector3d& motion_force,
+                      const Eigen::Vector3d& contact_force,
+                      State* state) const noexcept;
+
+  /** Replaces the prior, which holds until it is replaced.
+  @param normals  3 x k, 0 <= k <= kMaxPriors, in B, into the surface; of any
+    length above epsilon, and normalised here. k = 0 removes the prior.
+  @returns kOk, or kBadInput (too many, not finite, or too short), when `state`
+    is unchanged but for the count. No heap, no throw. */
+  FilterStatus SetPrior(const Eigen::Ref<const Eigen::Matrix3Xd>& normals,
+                        State* state) const noexcept;
+
+ private:
+  int capacity() const noexcept;
+  int MoveParticles(State* state) const noexcept;
+  int AddPrior(int count, State* state) const noexcept;
+  int AddTentative(const Eigen::Vector3d& sensed_force,
+                   const Eigen::Vector3d& velocity,
+                   const Eigen::Vector3d& motion_force,
+                   const Eigen::Vector3d& contact_force, int count,
+                   State* state) const noexcept;
+  bool Resample(const Eigen::Vector3d& sensed_force,
+                const Eigen::Vector3d& velocity, int count,
+                State* state) const noexcept;
+  void CalcSpaces(State* state) const noexcept;
+
+  Params params_;
+};
+
+}  // namespace dual_proxy

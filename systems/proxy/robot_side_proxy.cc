@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/proxy/robot_side_proxy.h"
+
+#include <cmath>
+
+#include "dual_proxy/common/rotation.h"
+#include "dual_proxy/common/validate.h"
+#include "dual_proxy/proxy/vector_rate_limiter.h"
+
+namespace dual_proxy {
+namespace {
+
+VirtualSpringParams ForceSpring(const RobotSideProxyParams& params) {
+  VirtualSpringParams spring;
+  spring.stiffness = params.stiffness;
+  spring.max_force = params.max_force;
+  spring.rate = params.force_rate;
+  spring.handover = params.handover;
+  spring.period = params.period;
+  return spring;
+}
+
+VirtualSpringParams MomentSpring(const RobotSideProxyParams& params) {
+  VirtualSpringParams spring = ForceSpring(params);
+  spring.stiffness = params.rotational_stiffness;
+  spring.max_force = params.max_moment;
+  spring.rate = params.moment_rate;
+  return spring;
+}
+
+const RobotSideProxyParams& Validated(const RobotSideProxyParams& params) {
+  params.Validate();
+  return params;
+}
+
+}  // namespace
+
+void RobotSideProxyParams::Validate() const {
+  const char* const who = "RobotSideProxyParams";
+  map.Validate();
+  workspace.Validate();
+  limiter.Validate();
+  link.Validate();
+  ThrowUnlessNonNegative(who, "stiffness", stiffness);
+  ThrowUnlessNonNegative(who, "rotational_stiffness", rotational_stiffness);
+  ThrowUnlessNonNegative(who, "max_force", max_force);
+  ThrowUnlessNonNegative(who, "max_moment", max_moment);
+  ThrowUnlessPositive(who, "force_rate", force_rate);
+  ThrowUnlessPositive(who, "moment_rate", moment_rate);
+  ThrowUnlessNonNegative(who, "max_motion_error", max_motion_error);
+  ThrowUnlessPositive(who, "period", period);
+  if (limiter.period != period) {
+    ThrowInvalidField(who, "limiter.period", "the value of `period`",
+                      limiter.period);
+  }
+}
+
+RobotSideProxy::RobotSideProxy(RobotSideProxyParams params)
+    : params_(Validated(params)),
+      map_(params_.map),
+      workspace_(params_.workspace),
+      limiter_(params_.limiter),
+      monitor_(params_.link),
+      force_spring_(ForceSpring(params_)),
+      moment_spring_(MomentSpring(params_)) {}
+
+void RobotSideProxy::MoveProxy(bool follow,
+                               RobotSideProxyState* state) const noexcept {
+  const Pose last = state->output.proxy_pose;
+  if (follow) {
+    limiter_.Update(state->target, &state->limiter);
+  } else {
+    limiter_.Stop(&state->limiter);
+  }
+  RobotSideProxyOutput& output = state->output;
+  output.proxy_pose = state->limiter.pose;
+  output.proxy_velocity << state->limiter.v, state->limiter.w;
+  output.proxy_acceleration << state->limiter.a, state->limiter.alpha;
+
+  // The limiter's axes do not wait for one another, so between two points of a
+  // round workspace its way may bulge out of it. The nearest point inside moves
+  // no faster than the limiter's own.
+  if (workspace_.Contains(last.p) &&
+      !workspace_.Contains(output.proxy_pose.p)) {
+    output.proxy_pose.p = workspace_.Clamp(output.proxy_pose.p);
+    output.proxy_velocity.head<3>() =
+        (output.proxy_pose.p - last.p) / params_.period;
+    output.proxy_acceleration.head<3>().setZero();
+  }
+}
+
+void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
+                            RobotSideProxyState* state) const noexcept {
+  const PoseMessage& message = input.message;
+  const bool fresh = monitor_.Update(time, message.sequence, message.send_time,
+                                     IsValid(message), &state->link);
+  if (fresh) {
+    state->target = map_.RobotProxy(message.pose.p, message.pose.R);
+    state->target.p = workspace_.Clamp(state->target.p);
+  }
+
+  const bool pose_valid = IsValidPose(input.X_BE);
+  const bool selections_valid =
+      IsSelection(input.force_selection) && IsSelection(input.moment_selection);
+  const bool sensed_valid =
+      !input.has_sensed ||
+      (input.sensed_force.allFinite() && input.sensed_moment.allFinite());
+  const bool valid =
+      std::isfinite(time) && pose_valid && selections_valid && sensed_valid;
+  if (!valid) ++state->bad_inputs;
+
+  RobotSideProxyOutput& output = state->output;
+  output.link_status = state->link.status;
+  output.link_age = state->link.age;
+  if (!state->initialized) {
+    if (!pose_valid) return;
+    state->initialized = true;
+    state->limiter = limiter_.MakeState(input.X_BE);
+    output.proxy_pose = input.X_BE;
+  }
+
+  const bool active = valid && state->link.status == LinkStatus::kConnected;
+  MoveProxy(active, state);
+
+  Eigen::Vector3d dx = Eigen::Vector3d::Zero();
+  Eigen::Vector3d dphi = Eigen::Vector3d::Zero();
+  if (pose_valid) {
+    dx = input.X_BE.p - output.proxy_pose.p;
+    dphi = LogRotation(input.X_BE.R * output.proxy_pose.R.transpose());
+  }
+  const Eigen::Matrix3d Omega_f =
+      selections_valid ? input.force_selection : state->force.selection;
+  const Eigen::Matrix3d Omega_tau =
+      selections_valid ? input.moment_selection : state->moment.selection;
+
+  force_spring_.Update(dx, Omega_f,
+                       input.has_sensed ? &input.sensed_force : nullptr, active,
+                       &state->force);
+  moment_spring_.Update(dphi, Omega_tau,
+                        input.has_sensed ? &input.sensed_moment : nullptr,
+                        active, &state->moment);
+  output.reference_force = state->force.reference;
+  output.reference_moment = state->moment.reference;
+
+  output.motion_error = dx - Omega_f * dx;
+  if (params_.max_motion_error > 0.0) {
+    output.motion_error =
+        Saturate(output.motion_error, params_.max_motion_error);
+  }
+  output.rotation_error = dphi - Omega_tau * dphi;
+}
+
+}  // namespace dual_proxy

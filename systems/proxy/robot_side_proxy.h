@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "dual_proxy/common/pose.h"
+#include "dual_proxy/link/link_monitor.h"
+#include "dual_proxy/link/message.h"
+#include "dual_proxy/proxy/trajectory_limiter.h"
+#include "dual_proxy/proxy/virtual_spring.h"
+#include "dual_proxy/proxy/workspace_limits.h"
+#include "dual_proxy/proxy/workspace_map.h"
+
+namespace dual_proxy {
+
+/** Parameters of the robot side of the dual proxy. */
+struct RobotSideProxyParams {
+  WorkspaceMapParams map;
+  WorkspaceLimitsParams workspace;  ///< Where the robot proxy may go.
+  TrajectoryLimiterParams limiter;  ///< How fast; its period is `period`.
+  LinkMonitorParams link;
+  double stiffness{500.0};            ///< k_vir_r, N/m, >= 0.
+  double rotational_stiffness{10.0};  ///< N m/rad, >= 0.
+  double max_force{20.0};             ///< Bound on |F_r|, N, >= 0.
+  double max_moment{2.0};             ///< Bound on |M_r|, N m, >= 0.
+  double force_rate{50.0};            ///< Bound on the change of F_r, N/s, > 0.
+  double moment_rate{10.0};  ///< Bound on the change of M_r, N m/s, > 0.
+  /// Bound on |dx_m|, m, >= 0; 0 is none. It bounds the force with which the
+  /// robot meets a surface that the filter has not found yet.
+  double max_motion_error{0.012};
+  /// How F_r and M_r start in a new direction.
+  Handover handover{Handover::kBumpless};
+  double period{0.001};  ///< Time between two calls of Update(), s, > 0.
+
+  /** @throws std::invalid_argument naming the field. */
+  void Validate() const;
+};
+
+/** One tick's inputs, in B unless said. */
+struct RobotSideProxyInput {
+  PoseMessage message;  ///< The newest from the haptic side: X_DH, in D.
+  Pose X_BE;            ///< Pose of the robot's tool point.
+  /// Omega_f and Omega_tau: orthogonal projections.
+  Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
+  Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
+  /// Whether the sensed force and moment are given; they are only used for the
+  /// bumpless hand-over.
+  bool has_sensed{false};
+  Eigen::Vector3d sensed_force{Eigen::Vector3d::Zero()};   ///< F_s, N.
+  Eigen::Vector3d sensed_moment{Eigen::Vector3d::Zero()};  ///< M_s, N m.
+};
+
+/** One tick's outputs, in B. */
+struct RobotSideProxyOutput {
+  /// dx_m, m.
+  Eigen::Vector3d motion_error{Eigen::Vector3d::Zero()};
+  /// dphi_m, rad: Omega_rot times the rotation vector of R_r R_prᵀ.
+  Eigen::Vector3d rotation_error{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d reference_force{Eigen::Vector3d::Zero()};   ///< F_r, N.
+  Eigen::Vector3d reference_moment{Eigen::Vector3d::Zero()};  ///< M_r, N m.
+  Pose proxy_pose;  ///< The limited robot proxy x_pr, R_pr.
+  /// Of the limited proxy, [linear m/s; angular rad/s].
+  Eigen::Matrix<double, 6, 1> proxy_velocity{
+      Eigen::Matrix<double, 6, 1>::Zero()};
+  /// Of the limited proxy, [linear m/s^2; angular rad/s^2].
+  Eigen::Matrix<double, 6, 1> proxy_acceleration{
+      Eigen::Matrix<double, 6, 1>::Zero()};
+  LinkStatus link_status{LinkStatus::kWaiting};
+  double link_age{0};  ///< Now minus the send time of the message in use, s.
+};
+
+/** Memory of the robot side; `output` holds the last tick's outputs. */
+struct RobotSideProxyState {
+  bool initialized{false};  ///< True once a robot pose has been seen.
+  Pose target;              ///< Mapped and clamped newest device pose, in B.
+  LinkMonitorState link;
+  TrajectoryLimiterState limiter;
+  VirtualSpringState force;
+  VirtualSpringState moment;
+  RobotSideProxyOutput output;
+  std::int64_t bad_inputs{0};  ///< Ticks whose inputs were refused.
+};
+
+/** The robot side of the dual proxy: turns the device's delayed poses into what
+the robot's controller is to do, eq. (4), spec section 3.
+
+    dx_m = Ω_m (x_r - x_pr)        F_r = -k_vir_r Ω_f (x_r - x_pr)
+
+and alike for rotation. x_pr is the mapped device pose, clamped to the workspace
+and taken there by the TrajectoryLimiter; F_r comes from a VirtualSpring, so it
+never steps but for the documented hand-over. dx_m is shortened to
+max_motion_error.
+
+The link:
+- Before the first message the proxy is the robot's pose at the first tick: the
+  robot holds its place. F_r is zero. Status kWaiting.
+- When the link is lost the proxy brakes to rest within the acceleration limit
+  and stays; dx_m keeps pulling the robot there; F_r fades to zero at the rate
+  limit, and no hand-over takes place. Status kLost.
+- When messages come, for the first time or again, the proxy goes to them
+  through the limiter, and F_r follows at its rate limit: no jump.
+
+A tick whose time, pose, selection or sensed force is not valid is refused and
+counted: the proxy brakes and F_r fades as if the link were lost; dx_m and
+dphi_m are those of the last valid selections, or zero if the pose itself is not
+valid.
+
+A robot that starts outside the workspace is led into it within the limits; once
+inside, the proxy never leaves. */
+class RobotSideProxy {
+ public:
+  /** @throws std::invalid_argument for parameters out of range. */
+  explicit RobotSideProxy(RobotSideProxyParams params);
+
+  const RobotSideProxyParams& params() const { return params_; }
+
+  RobotSideProxyState MakeState() const { return {}; }
+
+  /** Advances by one period; the outputs are in state->output.
+  @param time s, not decreasing, the clock that message ages are taken by.
+  No heap, no throw; about 3 us. */
+  void Update(double time, const RobotSideProxyInput& input,
+              RobotSideProxyState* state) const noexcept;
+
+ private:
+  void MoveProxy(bool follow, RobotSideProxyState* state) const noexcept;
+
+  RobotSideProxyParams params_;
+  WorkspaceMap map_;
+  WorkspaceLimits workspace_;
+  TrajectoryLimiter limiter_;
+  LinkMonitor monitor_;
+  VirtualSpring force_spring_;
+  VirtualSpring moment_spring_;
+};
+
+}  // namespace dual_proxy

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "dual_proxy/common/pose.h"
+
+namespace dual_proxy {
+
+/** Limits of the motion of the robot proxy; each holds per axis of B. */
+struct TrajectoryLimiterParams {
+  /// m/s, > 0. The paper's 0.2.
+  double max_velocity{0.2};
+  /// m/s^2, > 0. The paper's 10.
+  double max_acceleration{10.0};
+  /// rad/s, > 0.
+  double max_angular_velocity{1.0};
+  /// rad/s^2, > 0.
+  double max_angular_acceleration{20.0};
+  /// Time between two calls of Update() or Stop(), s, > 0.
+  double period{0.001};
+
+  /** @throws std::invalid_argument naming the field. */
+  void Validate() const;
+};
+
+/** The limited motion: what the robot is to follow. All in B. */
+struct TrajectoryLimiterState {
+  Pose pose;
+  Eigen::Vector3d v{Eigen::Vector3d::Zero()};      ///< Velocity, m/s.
+  Eigen::Vector3d a{Eigen::Vector3d::Zero()};      ///< Acceleration, m/s^2.
+  Eigen::Vector3d w{Eigen::Vector3d::Zero()};      ///< Angular velocity, rad/s.
+  Eigen::Vector3d alpha{Eigen::Vector3d::Zero()};  ///< rad/s^2.
+  std::int64_t bad_inputs{0};  ///< Targets refused: not finite, or no pose.
+};
+
+/** Online trajectory generator: moves a pose towards a target that may change
+every tick, within limits of velocity and acceleration (spec section 3, point
+1).
+
+Every axis of the position takes the time-optimal way to rest at the target's
+coordinate, on its own (Ruckig, without a jerk limit and without
+synchronisation), so it stays between where it is and where it can stop. The
+rotation does the same with the rotation vector that leads from the current
+orientation to the target's, in B. Only the next tick of a trajectory is ever
+used; so targets that are out of its sight are taken nearer, which changes
+nothing but the range of the numbers. */
+class TrajectoryLimiter {
+ public:
+  /** @throws std::invalid_argument for parameters out of range. */
+  explicit TrajectoryLimiter(TrajectoryLimiterParams params);
+
+  const TrajectoryLimiterParams& params() const { return params_; }
+
+  /** At rest at `pose`. */
+  TrajectoryLimiterState MakeState(const Pose& pose) const;
+
+  /** Advances by one period towards the target. One that is not a valid pose is
+  refused and counted, and the motion stops as by Stop().
+  No heap, no throw; about 2 us. */
+  void Update(const Pose& target, TrajectoryLimiterState* state) const noexcept;
+
+  /** Advances by one period, braking every axis to rest at the acceleration
+  limit. */
+  void Stop(TrajectoryLimiterState* state) const noexcept;
+
+ private:
+  TrajectoryLimiterParams params_;
+};
+
+}  // namespace dual_proxy

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/proxy/vector_rate_limiter.h"
+
+#include <cmath>
+
+namespace dual_proxy {
+
+Eigen::Vector3d RateLimit(const Eigen::Vector3d& previous,
+                          const Eigen::Vector3d& target,
+                          double max_step) noexcept {
+  const Eigen::Vector3d step = target - previous;
+  if (step.stableNorm() <= max_step) return target;
+  return previous + Saturate(step, max_step);
+}
+
+Eigen::Vector3d Saturate(const Eigen::Vector3d& value,
+                         double max_norm) noexcept {
+  // The stable norm, because the square of a far-off value can overflow.
+  const double norm = value.stableNorm();
+  if (!std::isfinite(norm)) return Eigen::Vector3d::Zero();
+  if (norm <= max_norm) return value;
+  return value / norm * max_norm;
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/proxy/virtual_spring.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+
+#include "dual_proxy/common/validate.h"
+#include "dual_proxy/proxy/vector_rate_limiter.h"
+
+namespace dual_proxy {
+namespace {
+
+// Projection onto the directions of `selection` that make an angle of more than
+// asin(sqrt(sine2)) with all of `last`: an eigenvalue of the matrix below is
+// the squared sine of the angle between its eigenvector and `last`.
+Eigen::Matrix3d NewDirections(const Eigen::Matrix3d& last,
+                              const Eigen::Matrix3d& selection,
+                              double sine2) noexcept {
+  const Eigen::Matrix3d outside =
+      selection * (Eigen::Matrix3d::Identity() - last) * selection;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(outside);
+  Eigen::Matrix3d result = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < 3; ++i) {
+    if (eigen.eigenvalues()(i) > sine2) {
+      const Eigen::Vector3d u = eigen.eigenvectors().col(i);
+      result += u * u.transpose();
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+void VirtualSpringParams::Validate() const {
+  const char* const who = "VirtualSpringParams";
+  ThrowUnlessNonNegative(who, "stiffness", stiffness);
+  ThrowUnlessNonNegative(who, "max_force", max_force);
+  ThrowUnlessPositive(who, "rate", rate);
+  ThrowUnlessPositive(who, "new_direction_angle", new_direction_angle);
+  ThrowUnlessInRange(who, "new_direction_angle", new_direction_angle, 0.0,
+                     std::nextafter(std::numbers::pi / 2.0, 0.0));
+  ThrowUnlessPositive(who, "period", period);
+}
+
+VirtualSpring::VirtualSpring(VirtualSpringParams params) : params_(params) {
+  params_.Validate();
+  const double sine = std::sin(params_.new_direction_angle);
+  new_direction_sine2_ = sine * sine;
+}
+
+void VirtualSpring::Update(const Eigen::Vector3d& displacement,
+                           const Eigen::Matrix3d& selection,
+                           const Eigen::Vector3d* sensed, bool active,
+                           VirtualSpringState* state) const noexcept {
+  const double max_force = params_.max_force;
+  const bool handover = params_.handover == Handover::kBumpless && active &&
+                        sensed != nullptr && selection != state->selection;
+  if (handover) {
+    const Eigen::Matrix3d P =
+        NewDirections(state->selection, selection, new_direction_sine2_);
+    const Eigen::Vector3d kept = state->reference - P * state->reference;
+    const double room2 = max_force * max_force - kept.squaredNorm();
+    const double room = std::sqrt(std::max(room2, 0.0));
+    state->reference = kept + Saturate(P * *sensed, room);
+  }
+  state->selection = selection;
+
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();
+  if (active) {
+    target =
+        Saturate(-params_.stiffness * (selection * displacement), max_force);
+  }
+  state->reference =
+      RateLimit(state->reference, target, params_.rate * params_.period);
+}
+
+}  // namespace dual_proxy

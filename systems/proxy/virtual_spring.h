@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <numbers>
+
+#include <Eigen/Core>
+
+namespace dual_proxy {
+
+/** How a reference force starts in a direction that has just come under force
+control. */
+enum class Handover {
+  /// It grows from where it is, as in the paper: from zero at the rate limit.
+  /// On the robot the contact force collapses for tens of milliseconds.
+  kPrinted,
+  /// It starts from the force that is sensed there.
+  kBumpless,
+};
+
+/** Parameters of a VirtualSpring; of forces, or with N m and rad of moments. */
+struct VirtualSpringParams {
+  double stiffness{500.0};  ///< N/m or N m/rad, >= 0.
+  double max_force{20.0};   ///< Bound on the norm, N or N m, >= 0; 0 is off.
+  double rate{50.0};        ///< Bound on its change, N/s or N m/s, > 0.
+  Handover handover{Handover::kPrinted};
+  /// A direction counts as new if the last force space holds nothing within
+  /// this angle of it, rad, in (0, pi/2). It tells another surface from one
+  /// surface that bends away.
+  double new_direction_angle{std::numbers::pi / 3.0};
+  double period{0.001};  ///< Time between two calls of Update(), s, > 0.
+
+  /** @throws std::invalid_argument naming the field. */
+  void Validate() const;
+};
+
+struct VirtualSpringState {
+  /// The reference force or moment, N or N m.
+  Eigen::Vector3d reference{Eigen::Vector3d::Zero()};
+  /// The selection of the last call.
+  Eigen::Matrix3d selection{Eigen::Matrix3d::Zero()};
+};
+
+/** The spring between proxy and robot (or hand) in force space, eq. (4), (5):
+
+    F = -k Ω (x - x_p)
+
+saturated to a maximum and then rate-limited, both on the norm. So F changes by
+at most rate x period per tick whatever happens to x, x_p and Ω, with one
+exception: with Handover::kBumpless, when Ω takes in new directions and a sensed
+force is given, the part of F along these starts from the sensed force. Where Ω
+has lost a direction F fades from it at the rate limit; when it has settled it
+is exactly Ω's. The same for moments with the rotation vector. */
+class VirtualSpring {
+ public:
+  /** @throws std::invalid_argument for parameters out of range. */
+  explicit VirtualSpring(VirtualSpringParams params);
+
+  const VirtualSpringParams& params() const { return params_; }
+
+  VirtualSpringState MakeState() const { return {}; }
+
+  /** Advances by one period.
+  @param displacement x - x_p, m (or rotation vector of R R_pᵀ, rad).
+  @param selection Ω, 3x3 orthogonal projection onto force (moment) space.
+  @param sensed force (moment) on the environment, N (N m), or nullptr: there is
+      no hand-over then.
+  @param active false: the reference fades to zero, and there is no hand-over.
+  @pre `selection` and `*sensed` are finite. A displacement that is not finite
+  counts as none.  No heap, no throw. */
+  void Update(const Eigen::Vector3d& displacement,
+              const Eigen::Matrix3d& selection, const Eigen::Vector3d* sensed,
+              bool active, VirtualSpringState* state) const noexcept;
+
+ private:
+  VirtualSpringParams params_;
+  double new_direction_sine2_{};
+};
+
+}  // namespace dual_proxy

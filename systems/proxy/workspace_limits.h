@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+
+namespace dual_proxy {
+
+/** Where the robot proxy may go; in the robot base frame B. */
+struct WorkspaceLimitsParams {
+  enum class Shape {
+    kNone,      ///< Anywhere.
+    kBox,       ///< Sides along the axes of B.
+    kSphere,    ///< A ball.
+    kCylinder,  ///< A solid cylinder whose axis is B's z.
+  };
+
+  Shape shape{Shape::kNone};
+  /// Centre of the shape, m, in B.
+  Eigen::Vector3d center{Eigen::Vector3d::Zero()};
+  /// Box: half of each side, m, >= 0.
+  Eigen::Vector3d half_size{Eigen::Vector3d::Constant(0.5)};
+  /// Sphere and cylinder: radius, m, > 0.
+  double radius{0.5};
+  /// Cylinder: half of its height, m, >= 0.
+  double half_height{0.5};
+
+  /** @throws std::invalid_argument naming the field. */
+  void Validate() const;
+};
+
+/** Keeps positions inside a convex workspace. */
+class WorkspaceLimits {
+ public:
+  /** @throws std::invalid_argument for parameters out of range. */
+  explicit WorkspaceLimits(WorkspaceLimitsParams params);
+
+  const WorkspaceLimitsParams& params() const { return params_; }
+
+  /** The point of the workspace nearest to p (m, in B): p itself inside. Two
+  clamped points are never farther apart than the points were. */
+  Eigen::Vector3d Clamp(const Eigen::Vector3d& p) const noexcept;
+
+  /** True if p (m, in B) is inside, or outside by rounding only (1e-9 m). */
+  bool Contains(const Eigen::Vector3d& p) const noexcept;
+
+ private:
+  WorkspaceLimitsParams params_;
+};
+
+}  // namespace dual_proxy

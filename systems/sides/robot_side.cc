@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/sides/robot_side.h"
+
+#include <cmath>
+
+#include "dual_proxy/common/validate.h"
+
+namespace dual_proxy {
+
+namespace {
+
+void Visit(const RobotSideOutput& output, SignalSink* sink) {
+  const RobotSideProxyOutput& proxy = output.proxy;
+  const OperationalSpaceControllerOutput& controller = output.controller;
+  const FilterMeans& means = output.filter_means;
+  sink->Vector("robot_position", output.X_BE.p);
+  sink->Vector("robot_velocity", output.v_BE.head<3>());
+  sink->Vector("robot_angular_velocity", output.v_BE.tail<3>());
+  sink->Rotation("robot_orientation", output.X_BE.R);
+  sink->Vector("robot_proxy_position", proxy.proxy_pose.p);
+  sink->Rotation("robot_proxy_orientation", proxy.proxy_pose.R);
+  sink->Vector("robot_proxy_velocity", proxy.proxy_velocity);
+  sink->Vector("motion_error", proxy.motion_error);
+  sink->Vector("rotation_error", proxy.rotation_error);
+  sink->Vector("reference_force", proxy.reference_force);
+  sink->Vector("reference_moment", proxy.reference_moment);
+  sink->Vector("sensed_force", output.sensed_wrench.head<3>());
+  sink->Vector("sensed_moment", output.sensed_wrench.tail<3>());
+  sink->Vector("motion_force", controller.motion_force);
+  sink->Vector("motion_moment", controller.motion_moment);
+  sink->Vector("force_space_force", controller.contact_force);
+  sink->Vector("moment_space_moment", controller.contact_moment);
+  sink->Matrix("force_selection", output.force_selection);
+  sink->Vector("joint_position", output.q);
+  sink->Vector("joint_velocity", output.v);
+  sink->Vector("torque", controller.torque);
+  sink->Scalar("observed_energy", controller.observed_energy);
+  sink->Scalar("injected_damping", controller.injected_damping);
+  sink->Scalar("observed_moment_energy", controller.observed_moment_energy);
+  sink->Scalar("injected_moment_damping", controller.injected_moment_damping);
+  sink->Scalar("robot_link_status", static_cast<double>(proxy.link_status));
+  sink->Scalar("robot_link_age", proxy.link_age);
+  sink->Scalar("robot_link_dropped", static_cast<double>(output.link_dropped));
+  sink->Scalar("robot_bad_inputs", static_cast<double>(output.bad_inputs));
+  sink->Vector("mean_sensed_force", means.sensed_force);
+  sink->Vector("mean_velocity", means.velocity);
+  sink->Vector("mean_motion_force", means.motion_force);
+  sink->Vector("mean_contact_force", means.contact_force);
+}
+
+RobotSideProxyInput MakeProxyInput(const RobotSideInput& input) {
+  return {.message = input.message,
+          .X_BE = input.X_BE,
+          .force_selection = input.force_selection,
+          .moment_selection = input.moment_selection,
+          .has_sensed = true,
+          .sensed_force = input.sensed_wrench.head<3>(),
+          .sensed_moment = input.sensed_wrench.tail<3>()};
+}
+
+}  // namespace
+
+void RobotSideParams::Validate() const {
+  const char* who = "RobotSideParams";
+  proxy.Validate();
+  controller.Validate();
+  sender.Validate();
+  if (controller.period != proxy.period) {
+    ThrowInvalidField(who, "controller.period", "the proxy's period",
+                      controller.period);
+  }
+  if (sender.period != proxy.period) {
+    ThrowInvalidField(who, "sender.period", "the proxy's period",
+                      sender.period);
+  }
+  ThrowUnlessPositive(who, "filter_period", filter_period);
+  if (filter_period < proxy.period) {
+    ThrowInvalidField(who, "filter_period", "at least the control period",
+                      filter_period);
+  }
+}
+
+RobotSide::RobotSide(RobotSideParams params)
+    : params_((params.Validate(), params)),
+      proxy_(params.proxy),
+      controller_(params.controller),
+      pose_sender_(params.sender),
+      force_sender_(params.sender) {}
+
+RobotSideState RobotSide::MakeState() const {
+  RobotSideState state;
+  state.proxy = proxy_.MakeState();
+  state.controller = controller_.MakeState();
+  state.pose_sender = pose_sender_.MakeState();
+  state.force_sender = force_sender_.MakeState();
+  return state;
+}
+
+void RobotSide::Update(double time, const RobotSideInput& input,
+                       RobotSideState* state) const noexcept {
+  RobotSideOutput& output = state->output;
+  output.X_BE = input.X_BE;
+  output.v_BE = input.model.J_BE * input.v;
+  output.q = input.q;
+  output.v = input.v;
+  output.force_selection = input.force_selection;
+  output.sensed_wrench = input.sensed_wrench;
+
+  proxy_.Update(time, MakeProxyInput(input), &state->proxy);
+  output.proxy = state->proxy.output;
+  output.link_dropped =
+      state->proxy.link.dropped + state->proxy.link.bad_inputs;
+
+  output.controller =
+      controller_.Update({.model = input.model,
+                          .q = input.q,
+                          .v = input.v,
+                          .motion_error = output.proxy.motion_error,
+                          .rotation_error = output.proxy.rotation_error,
+                          .proxy_velocity = output.proxy.proxy_velocity,
+                          .proxy_acceleration = output.proxy.proxy_acceleration,
+                          .reference_force = output.proxy.reference_force,
+                          .reference_moment = output.proxy.reference_moment,
+                          .force_selection = input.force_selection,
+                          .moment_selection = input.moment_selection,
+                          .sensed_wrench = input.sensed_wrench},
+                         &state->controller);
+  const bool valid = state->controller.bad_inputs == output.bad_inputs;
+  output.bad_inputs = state->controller.bad_inputs;
+
+  UpdateMeans(time, valid, state);
+
+  output.message =
+      pose_sender_.Update(time, input.X_BE, input.force_selection,
+                          input.moment_selection, &state->pose_sender);
+  output.force_message = force_sender_.Update(
+      time, input.sensed_wrench.head<3>(), &state->force_sender);
+}
+
+void RobotSide::UpdateMeans(double time, bool valid,
+                            RobotSideState* state) const noexcept {
+  constexpr double kTolerance = 1e-9;
+  if (!std::isfinite(time)) return;
+  const auto window = static_cast<std::int64_t>(
+      std::floor(time / params_.filter_period + kTolerance));
+  FilterMeans& sum = state->filter_sum;
+  if (window != state->filter_window) {
+    state->filter_window = window;
+    state->filter_samples = 0;
+    sum = {};
+  }
+  if (!valid) return;
+  RobotSideOutput& output = state->output;
+  sum.sensed_force += output.sensed_wrench.head<3>();
+  sum.velocity += output.v_BE.head<3>();
+  sum.motion_force += output.controller.motion_force;
+  sum.contact_force += output.controller.contact_force;
+  const auto count = static_cast<double>(++state->filter_samples);
+  output.filter_means = {.sensed_force = sum.sensed_force / count,
+                         .velocity = sum.velocity / count,
+                         .motion_force = sum.motion_force / count,
+                         .contact_force = sum.contact_force / count};
+}
+
+const std::vector<SignalSlice>& RobotSide::OutputLayout() {
+  static const std::vector<SignalSlice> layout = [] {
+    std::vector<SignalSlice> result;
+    SignalSink sink(&result);
+    Visit(RobotSideOutput{}, &sink);
+    return result;
+  }();
+  return layout;
+}
+
+int RobotSide::OutputSize() {
+  return OutputLayout().back().start + OutputLayout().back().size;
+}
+
+void RobotSide::WriteVector(const RobotSideOutput& output,
+                            Eigen::Ref<Eigen::VectorXd> vector) {
+  SignalSink sink(&vector);
+  Visit(output, &sink);
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "dual_proxy/common/pose.h"
+#include "dual_proxy/control/operational_space_controller.h"
+#include "dual_proxy/link/message.h"
+#include "dual_proxy/link/pose_sender.h"
+#include "dual_proxy/proxy/robot_side_proxy.h"
+#include "dual_proxy/sides/signal_layout.h"
+
+namespace dual_proxy {
+
+/** Parameters of RobotSide. All `period` fields must be the same. */
+struct RobotSideParams {
+  RobotSideProxyParams proxy;
+  OperationalSpaceControllerParams controller;
+  PoseSenderParams sender;
+  /** s, >= period: time between two updates of the force-space particle filter,
+  over which its inputs are averaged. */
+  double filter_period{1 / 15.0};
+
+  /** @throws std::invalid_argument naming field, range and value. */
+  void Validate() const;
+};
+
+/** Inputs of one cycle; vectors in B; every force is what the robot exerts on
+its environment. */
+struct RobotSideInput {
+  PoseMessage message;  ///< The newest from the haptic side: X_DH, in D.
+  Pose X_BE;            ///< Pose of the tool point.
+  ModelTerms model;
+  Vector7 q{Vector7::Zero()};  ///< rad.
+  Vector7 v{Vector7::Zero()};  ///< rad/s.
+  /// Omega_f and Omega_tau, projections.
+  Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
+  Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
+  /** [force; moment about E], N, N m. */
+  Vector6 sensed_wrench{Vector6::Zero()};
+};
+
+/** The force-space particle filter's inputs; 3-vectors in B. */
+struct FilterMeans {
+  Eigen::Vector3d sensed_force{Eigen::Vector3d::Zero()};   ///< F_s, N.
+  Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};       ///< v_BE, m/s.
+  Eigen::Vector3d motion_force{Eigen::Vector3d::Zero()};   ///< F_m, N.
+  Eigen::Vector3d contact_force{Eigen::Vector3d::Zero()};  ///< F_f, N.
+};
+
+/** Results of one cycle, and what of the inputs belongs in a log. */
+struct RobotSideOutput {
+  RobotSideProxyOutput proxy;
+  OperationalSpaceControllerOutput controller;
+  /** Means since the filter's last update. */
+  FilterMeans filter_means;
+  PoseMessage message;         ///< Newest message to the haptic side.
+  ForceMessage force_message;  ///< The same for the two-channel baseline.
+
+  Pose X_BE;
+  Vector6 v_BE{Vector6::Zero()};  ///< [linear; angular], m/s, rad/s.
+  Vector7 q{Vector7::Zero()};     ///< rad.
+  Vector7 v{Vector7::Zero()};     ///< rad/s.
+  Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
+  Vector6 sensed_wrench{Vector6::Zero()};
+  std::int64_t link_dropped{0};  ///< Messages refused so far.
+  std::int64_t bad_inputs{0};    ///< Cycles that the controller refused so far.
+};
+
+/** Memory of RobotSide. */
+struct RobotSideState {
+  RobotSideProxyState proxy;
+  OperationalSpaceControllerState controller;
+  PoseSenderState pose_sender;
+  ForceSenderState force_sender;
+  FilterMeans filter_sum;          ///< Over the samples of this window.
+  std::int64_t filter_window{-1};  ///< floor(time / filter_period).
+  std::int64_t filter_samples{0};  ///< Samples in filter_sum.
+  RobotSideOutput output;          ///< Of the last cycle.
+};
+
+/** All of the robot side's work in one control cycle: proxy, controller, means
+for the filter, senders, in this order. It owns no logic but the order and the
+means; each part is documented where it is.
+
+The means are those since the filter's last update: they start anew with the
+first cycle at or after each multiple of filter_period (to 1e-9 of a period),
+before that cycle's sample is added. So a filter that updates at a multiple of
+filter_period and looks at the output of the cycle before it sees exactly one
+full window. A cycle that the controller refused adds nothing; a window without
+a sample keeps the means of the one before.
+
+Update() neither allocates nor throws; about 2 us. */
+class RobotSide {
+ public:
+  /** @throws std::invalid_argument if params are not valid. */
+  explicit RobotSide(RobotSideParams params = {});
+
+  const RobotSideParams& params() const { return params_; }
+
+  RobotSideState MakeState() const;
+
+  /** Advances by one period; results are in state->output.
+  @param time s, not decreasing: the clock by which messages are stamped. */
+  void Update(double time, const RobotSideInput& input,
+              RobotSideState* state) const noexcept;
+
+  /** Names and places of the signals that WriteVector() writes. */
+  static const std::vector<SignalSlice>& OutputLayout();
+
+  /** Number of values that WriteVector() writes. */
+  static int OutputSize();
+
+  /** Writes the output as one flat vector, by OutputLayout(). No heap.
+  @pre vector.size() == OutputSize(). */
+  static void WriteVector(const RobotSideOutput& output,
+                          Eigen::Ref<Eigen::VectorXd> vector);
+
+ private:
+  void UpdateMeans(double time, bool valid,
+                   RobotSideState* state) const noexcept;
+
+  RobotSideParams params_;
+  RobotSideProxy proxy_;
+  OperationalSpaceController controller_;
+  PoseSender pose_sender_;
+  ForceSender force_sender_;
+};
+
+}  // namespace dual_proxy

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/simulation/haptic_device.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dual_proxy/common/low_pass.h"
+#include "dual_proxy/common/rotation.h"
+#include "dual_proxy/common/validate.h"
+#include "dual_proxy/proxy/vector_rate_limiter.h"
+
+namespace dual_proxy {
+namespace {
+
+/** exp(A) by scaling, a Taylor series to rounding, and squaring. */
+Eigen::Matrix3d MatrixExponential(const Eigen::Matrix3d& A) {
+  const double norm = A.cwiseAbs().rowwise().sum().maxCoeff();
+  const int squarings =
+      std::max(0, static_cast<int>(std::ceil(std::log2(norm + 1e-300))) + 1);
+  const Eigen::Matrix3d scaled = A * std::exp2(-squarings);
+  Eigen::Matrix3d term = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d result = term;
+  constexpr int kTerms = 16;  // 0.5^16 / 16! is below the rounding of 1.
+  for (int i = 1; i <= kTerms; ++i) {
+    term = term * scaled / i;
+    result += term;
+  }
+  for (int i = 0; i < squarings; ++i) result = result * result;
+  return result;
+}
+
+}  // namespace
+
+void SimulatedHapticDeviceParams::Validate() const {
+  constexpr const char* kWho = "SimulatedHapticDeviceParams";
+  ThrowUnlessPositive(kWho, "hand_mass", hand_mass);
+  ThrowUnlessNonNegative(kWho, "hand_stiffness", hand_stiffness);
+  ThrowUnlessNonNegative(kWho, "hand_damping", hand_damping);
+  ThrowUnlessPositive(kWho, "device_mass", device_mass);
+  ThrowUnlessNonNegative(kWho, "device_damping", device_damping);
+  ThrowUnlessNonNegative(kWho, "max_force", max_force);
+  ThrowUnlessPositive(kWho, "workspace_radius", workspace_radius);
+  ThrowUnlessPositive(kWho, "workspace_half_length", workspace_half_length);
+  ThrowUnlessNonNegative(kWho, "resolution", resolution);
+  ThrowUnlessNonNegative(kWho, "velocity_cutoff", velocity_cutoff);
+  ThrowUnlessPositive(kWho, "period", period);
+}
+
+SimulatedHapticDevice::SimulatedHapticDevice(const Params& params)
+    : params_(params) {
+  params_.Validate();
+  const double mass = params_.hand_mass + params_.device_mass;
+  Eigen::Matrix3d A;
+  A << 0, 1, 0,  //
+      -params_.hand_stiffness / mass,
+      -(params_.hand_damping + params_.device_damping) / mass, 1,  //
+      0, 0, 0;
+  transition_ = MatrixExponential(A * params_.period).topRows<2>();
+  velocity_gain_ = LowPassGain(params_.velocity_cutoff, params_.period);
+}
+
+SimulatedHapticDeviceState SimulatedHapticDevice::MakeState(
+    const Pose& pose) const {
+  State state;
+  state.pose = {ClampToWorkspace(pose.p), pose.R};
+  state.read_pose = {Quantize(state.pose.p), pose.R};
+  state.intended = state.pose;
+  return state;
+}
+
+void SimulatedHapticDevice::Update(
+    const Pose& intended, const Eigen::Vector3d& intended_velocity,
+    const Eigen::Matrix<double, 6, 1>& device_wrench,
+    State* state) const noexcept {
+  const bool has_intention =
+      IsValidPose(intended) && intended_velocity.allFinite();
+  const bool has_wrench = device_wrench.allFinite();
+  if (!has_intention || !has_wrench) ++state->bad_inputs;
+  if (has_intention) state->intended = intended;
+  const Eigen::Vector3d v_intended =
+      has_intention ? intended_velocity : Eigen::Vector3d::Zero();
+  const Eigen::Vector3d force =
+      has_wrench ? Saturate(device_wrench.head<3>(), params_.max_force)
+                 : Eigen::Vector3d::Zero();
+
+  // Relative to the intention, which moves steadily to where it is at the end.
+  const double mass = params_.hand_mass + params_.device_mass;
+  const Eigen::Vector3d start = state->intended.p - params_.period * v_intended;
+  Eigen::Matrix3d inputs;
+  inputs.row(0) = state->pose.p - start;
+  inputs.row(1) = state->velocity - v_intended;
+  inputs.row(2) = (force - params_.device_damping * v_intended) / mass;
+  const Eigen::Matrix<double, 2, 3> next = transition_ * inputs;
+  const Eigen::Vector3d p = next.row(0).transpose() + state->intended.p;
+  state->velocity = next.row(1).transpose() + v_intended;
+  state->pose.p = ClampToWorkspace(p);
+  const Eigen::Vector3d outward = p - state->pose.p;
+  if (outward.squaredNorm() > 0) {
+    const Eigen::Vector3d axial = Eigen::Vector3d::UnitX();
+    // The two walls of the cylinder, each stops only what moves into it.
+    for (const Eigen::Vector3d& wall :
+         {Eigen::Vector3d(outward.x() * axial),
+          Eigen::Vector3d(outward - outward.x() * axial)}) {
+      const double speed = wall.dot(state->velocity);
+      if (speed > 0) state->velocity -= speed / wall.squaredNorm() * wall;
+    }
+  }
+  state->pose.R = state->intended.R;
+  state->hand_force =
+      params_.hand_stiffness * (state->intended.p - state->pose.p) +
+      params_.hand_damping * (v_intended - state->velocity);
+
+  const Eigen::Vector3d p_read = Quantize(state->pose.p);
+  Eigen::Matrix<double, 6, 1> difference;
+  difference.head<3>() = (p_read - state->read_pose.p) / params_.period;
+  difference.tail<3>() =
+      LogRotation(state->pose.R * state->read_pose.R.transpose()) /
+      params_.period;
+  state->read_velocity += velocity_gain_ * (difference - state->read_velocity);
+  state->read_pose = {p_read, state->pose.R};
+}
+
+Eigen::Vector3d SimulatedHapticDevice::ClampToWorkspace(
+    const Eigen::Vector3d& p) const noexcept {
+  Eigen::Vector3d clamped = p;
+  clamped.x() = std::clamp(p.x(), -params_.workspace_half_length,
+                           params_.workspace_half_length);
+  const double radius = p.tail<2>().norm();
+  if (radius > params_.workspace_radius) {
+    clamped.tail<2>() *= params_.workspace_radius / radius;
+  }
+  return clamped;
+}
+
+Eigen::Vector3d SimulatedHapticDevice::Quantize(
+    const Eigen::Vector3d& p) const noexcept {
+  const double step = params_.resolution;
+  if (step == 0) return p;
+  return step * (p / step).array().round().matrix();
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "dual_proxy/common/pose.h"
+
+namespace dual_proxy {
+
+/** Parameters of SimulatedHapticDevice; the defaults are an Omega.7 in a firm
+hand. */
+struct SimulatedHapticDeviceParams {
+  /** kg, > 0: moving mass of the hand. */
+  double hand_mass{0.5};
+  /** K, N/m, >= 0: the hand pulls to the intended position. A soft hand has
+  300, a firm one 600. */
+  double hand_stiffness{600};
+  /** B, N s/m, >= 0: the hand pulls to the intended velocity; 10 to 30. */
+  double hand_damping{30};
+  /** kg, > 0: moving mass of the device at the handle. */
+  double device_mass{0.25};
+  /** N s/m, >= 0: friction of the device, as viscous damping to its base. */
+  double device_damping{1};
+  /** N, >= 0: no larger force leaves the device, whatever is commanded. */
+  double max_force{12};
+  /** m, > 0: radius of the workspace about the x axis of D. */
+  double workspace_radius{0.08};
+  /** m, > 0: half of the workspace's length along the x axis of D. */
+  double workspace_half_length{0.055};
+  /** m, >= 0: step of the position reading, 0 for none. */
+  double resolution{1e-5};
+  /** Hz, >= 0: low-pass of the velocity reading, 0 for none. At 20 Hz it lags
+  by 8 ms, about as a difference over 20 ms, which vendors' drivers use. */
+  double velocity_cutoff{20};
+  /** s, > 0: control period. */
+  double period{0.001};
+
+  /** @throws std::invalid_argument naming the field, its range and value. */
+  void Validate() const;
+};
+
+/** What the simulated hand and device remember, and what the driver reads. */
+struct SimulatedHapticDeviceState {
+  /** True pose X_DH of the handle and true velocity of its origin, m/s, in D.
+   */
+  Pose pose;
+  Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};
+
+  /** What the driver reads: pose X_DH in steps of the resolution, and twist
+  [linear; angular], m/s and rad/s, in D, from differences of that. */
+  Pose read_pose;
+  Eigen::Matrix<double, 6, 1> read_velocity{
+      Eigen::Matrix<double, 6, 1>::Zero()};
+
+  /** K (x_intended - x) + B (v_intended - v), N, in D: with what force the hand
+  wants to move the handle. */
+  Eigen::Vector3d hand_force{Eigen::Vector3d::Zero()};
+
+  /** The last intended pose X_DH that was valid. */
+  Pose intended;
+
+  /** Updates with an intention or a wrench that was not usable. */
+  std::int64_t bad_inputs{0};
+};
+
+/** A simulated haptic device (gravity compensated, three actuated directions)
+in a simulated hand. Hand and handle move as one mass:
+
+    (m_hand + m_device) a = K (x_intended - x) + B (v_intended - v)
+                            - b_device v + F_device
+
+It is discretised exactly for a force that is held and an intention that moves
+steadily over a period, hence stable for every stiffness, damping and mass. At
+the end of the workspace the handle stops without bouncing. The wrist is
+passive: the handle's orientation is the intended one, and a commanded moment
+has no effect.
+
+Input that is not usable is counted: instead of such an intention the hand keeps
+to the last good one at rest; such a wrench acts as zero. */
+class SimulatedHapticDevice {
+ public:
+  using Params = SimulatedHapticDeviceParams;
+  using State = SimulatedHapticDeviceState;
+
+  /** @throws std::invalid_argument if `params` is invalid. */
+  explicit SimulatedHapticDevice(const Params& params = {});
+
+  const Params& params() const { return params_; }
+
+  /** At rest at `pose` (X_DH; moved into the workspace), intending to stay. */
+  State MakeState(const Pose& pose = {}) const;
+
+  /** Advances by one period.
+  @param intended  pose X_DH that the operator intends at the period's end.
+  @param intended_velocity  3-vector, m/s, in D.
+  @param device_wrench  [force; moment], N and N m, in D: of the device on the
+    hand. The force is limited to max_force.
+  @param[in,out] state  made by MakeState().
+  No heap, no throw. */
+  void Update(const Pose& intended, const Eigen::Vector3d& intended_velocity,
+              const Eigen::Matrix<double, 6, 1>& device_wrench,
+              State* state) const noexcept;
+
+ private:
+  Eigen::Vector3d ClampToWorkspace(const Eigen::Vector3d& p) const noexcept;
+  Eigen::Vector3d Quantize(const Eigen::Vector3d& p) const noexcept;
+
+  Params params_;
+  // [x - x_intended; v] after a period, from the same and the held
+  // acceleration.
+  Eigen::Matrix<double, 2, 3> transition_;
+  double velocity_gain_{1};
+};
+
+}  // namespace dual_proxy

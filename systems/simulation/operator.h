@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+
+namespace dual_proxy {
+
+/** How an OperatorPath runs between its points. */
+enum class PathInterpolation {
+  kMinimumJerk,  ///< From rest to rest, as a person moves between places.
+  kLinear,       ///< Straight, at constant speed.
+  kCubic,        ///< Smooth velocity through all points: for recorded motion.
+};
+
+/** Parameters of OperatorPath. */
+struct OperatorPathParams {
+  /** n >= 1 times, s, finite and strictly increasing. */
+  Eigen::VectorXd times{Eigen::VectorXd::Zero(1)};
+  /** 3 x n, m, finite: where the operator wants the tool (in B) or the handle
+  (in D) at each time. */
+  Eigen::Matrix3Xd points{Eigen::Matrix3Xd::Zero(3, 1)};
+  /** Between two points. A person's recorded motion is kCubic or kLinear. */
+  PathInterpolation interpolation{PathInterpolation::kMinimumJerk};
+
+  /** @throws std::invalid_argument naming the field, its range and value. */
+  void Validate() const;
+};
+
+/** A point of an OperatorPath, in the frame of its points. */
+struct OperatorPathSample {
+  Eigen::Vector3d position{Eigen::Vector3d::Zero()};  ///< m.
+  Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};  ///< m/s.
+};
+
+/** What the simulated operator intends: a path through given points at given
+times, from a script or from a recording. Before the first time it rests at the
+first point and after the last time at the last. `velocity` is the derivative of
+`position`; under kCubic the velocity at a point is that of the parabola through
+it and its neighbours, and zero at both ends. */
+class OperatorPath {
+ public:
+  /** @throws std::invalid_argument if `params` is invalid. */
+  explicit OperatorPath(const OperatorPathParams& params = {});
+
+  const OperatorPathParams& params() const { return params_; }
+
+  /** The intended position and velocity at `time` (s). A time that is not a
+  number gives the first point at rest. Cost O(log n). No heap, no throw. */
+  OperatorPathSample Calc(double time) const noexcept;
+
+ private:
+  OperatorPathParams params_;
+  Eigen::Matrix3Xd tangents_;  // m/s at each point; used by kCubic only.
+};
+
+}  // namespace dual_proxy

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/link/communication_channel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "no_alloc.h"
+#include "test_support.h"
+
+namespace dual_proxy {
+namespace {
+
+using Channel = CommunicationChannel<PoseMessage>;
+using State = CommunicationChannelState<PoseMessage>;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+PoseMessage Message(std::int64_t sequence, double send_time) {
+  PoseMessage message;
+  message.sequence = sequence;
+  message.send_time = send_time;
+  message.pose.p.x() = static_cast<double>(sequence);
+  return message;
+}
+
+CommunicationChannelParams Params(double delay, double jitter = 0.0,
+                                  double loss = 0.0, bool reordering = true) {
+  CommunicationChannelParams params;
+  params.delay = delay;
+  params.jitter = jitter;
+  params.loss = loss;
+  params.reordering = reordering;
+  return params;
+}
+
+// Sends at 50 Hz for `messages` messages and looks every millisecond until all
+// are there; returns (sequence, time) of each change of what is received.
+std::vector<std::pair<std::int64_t, double>> Transmit(const Channel& dut,
+                                                      State* state,
+                                                      int messages) {
+  std::vector<std::pair<std::int64_t, double>> received;
+  std::int64_t last = -1;
+  for (int i = 0; i < 20 * messages + 5000; ++i) {
+    const double time = 0.001 * i;
+    const int k = i / 20;
+    if (k < messages) dut.Send(time, Message(k, 0.02 * k), state);
+    const PoseMessage& message = dut.Receive(time, *state);
+    if (message.sequence == last) continue;
+    last = message.sequence;
+    received.emplace_back(last, time);
+  }
+  return received;
+}
+
+TEST(CommunicationChannelTest, IsEmptyAtFirst) {
+  const Channel dut(Params(0.0));
+  const State state = dut.MakeState(0);
+  EXPECT_EQ(dut.Receive(100.0, state).sequence, -1);
+}
+
+TEST(CommunicationChannelTest, WithoutDelayAMessageIsThereAtOnce) {
+  const Channel dut(Params(0.0));
+  State state = dut.MakeState(0);
+  dut.Send(1.0, Message(4, 1.0), &state);
+  EXPECT_EQ(dut.Receive(1.0, state).sequence, 4);
+}
+
+TEST(CommunicationChannelTest, DelaysEveryMessageByTheSame) {
+  const Channel dut(Params(0.35));
+  State state = dut.MakeState(0);
+  const auto received = Transmit(dut, &state, 100);
+  ASSERT_EQ(received.size(), 100u);
+  for (int k = 0; k < 100; ++k) {
+    EXPECT_EQ(received[k].first, k);
+    EXPECT_NEAR(received[k].second, 0.02 * k + 0.35, 1.001e-3);
+  }
+  EXPECT_EQ(state.sent, 100);
+  EXPECT_EQ(state.lost, 0);
+}
+
+TEST(CommunicationChannelTest, DeliversTheContentUnchanged) {
+  const Channel dut(Params(0.1));
+  State state = dut.MakeState(0);
+  PoseMessage message = Message(0, 0.0);
+  message.pose.p = Eigen::Vector3d(0.1, -0.2, 0.3);
+  message.force_selection(2, 2) = 1.0;
+  dut.Send(0.0, message, &state);
+  const PoseMessage& received = dut.Receive(0.2, state);
+  EXPECT_EQ(received.pose.p, message.pose.p);
+  EXPECT_EQ(received.pose.R, message.pose.R);
+  EXPECT_EQ(received.force_selection, message.force_selection);
+}
+
+TEST(CommunicationChannelTest, RepeatedEmptyAndBadMessagesAreNotSent) {
+  const Channel dut(Params(0.0));
+  State state = dut.MakeState(0);
+  dut.Send(0.0, Message(-1, 0.0), &state);
+  dut.Send(0.0, Message(0, 0.0), &state);
+  dut.Send(0.001, Message(0, 0.0), &state);
+  EXPECT_EQ(state.sent, 1);
+  dut.Send(0.002, Message(1, kNan), &state);
+  dut.Send(0.003, Message(1, kNan), &state);  // The same one, still held.
+  dut.Send(kNan, Message(2, 0.0), &state);
+  EXPECT_EQ(state.sent, 1);
+  EXPECT_EQ(state.refused, 2);
+  EXPECT_EQ(dut.Receive(1.0, state).sequence, 0);
+}
+
+TEST(CommunicationChannelTest, LossHasItsProbability) {
+  const Channel dut(Params(0.0, 0.0, 0.3));
+  State state = dut.MakeState(11);
+  constexpr int kMessages = 20'000;
+  for (int k = 0; k < kMessages; ++k) dut.Send(k, Message(k, k), &state);
+  // Five standard deviations of a binomial.
+  EXPECT_NEAR(static_cast<double>(state.lost) / kMessages, 0.3,
+              5.0 * std::sqrt(0.3 * 0.7 / kMessages));
+}
+
+TEST(CommunicationChannelTest, JitterIsHalfNormal) {
+  const Channel dut(Params(0.1, 0.02));
+  State state = dut.MakeState(5);
+  double sum = 0.0, sum2 = 0.0;
+  constexpr int kMessages = 20'000;
+  for (int k = 0; k < kMessages; ++k) {
+    dut.Send(k, Message(k, k), &state);
+    const double extra = state.last_arrival_time - k - 0.1;
+    ASSERT_GE(extra, -1e-9);
+    sum += extra / kMessages;
+    sum2 += extra * extra / kMessages;
+  }
+  // Mean sqrt(2/pi) sigma and mean square sigma^2, with five standard errors.
+  EXPECT_NEAR(sum, 0.02 * std::sqrt(2.0 / std::numbers::pi),
+              5.0 * 0.02 * 0.603 / std::sqrt(kMessages));
+  EXPECT_NEAR(sum2, 4e-4, 5.0 * 4e-4 * std::sqrt(2.0 / kMessages));
+}
+
+TEST(CommunicationChannelTest, MessagesOvertakeOnlyWhereAllowed) {
+  for (const bool reordering : {true, false}) {
+    const Channel dut(Params(0.05, 0.1, 0.0, reordering));
+    State state = dut.MakeState(2);
+    const auto received = Transmit(dut, &state, 500);
+    const bool in_order = std::is_sorted(received.begin(), received.end());
+    EXPECT_EQ(in_order, !reordering);
+    EXPECT_EQ(state.sent, 500);
+  }
+}
+
+TEST(CommunicationChannelTest, SameSeedSameBitsOtherSeedOthers) {
+  const Channel dut(Params(0.05, 0.03, 0.2));
+  State a = dut.MakeState(9);
+  State b = dut.MakeState(9);
+  State c = dut.MakeState(10);
+  const auto received = Transmit(dut, &a, 200);
+  EXPECT_EQ(received, Transmit(dut, &b, 200));
+  EXPECT_NE(received, Transmit(dut, &c, 200));
+}
+
+TEST(CommunicationChannelTest, LossesDoNotDependOnDelayAndJitter) {
+  const auto lost = [](double delay, double jitter) {
+    const Channel dut(Params(delay, jitter, 0.3));
+    State state = dut.MakeState(4);
+    std::vector<std::int64_t> result;
+    for (int k = 0; k < 300; ++k) {
+      const auto before = state.lost;
+      dut.Send(0.02 * k, Message(k, 0.02 * k), &state);
+      result.push_back(state.lost - before);
+    }
+    return result;
+  };
+  EXPECT_EQ(lost(0.0, 0.0), lost(1.5, 0.2));
+}
+
+TEST(CommunicationChannelTest, CopiesContinueAlikeAndAreIndependent) {
+  const Channel dut(Params(0.2, 0.05, 0.1));
+  State state = dut.MakeState(1);
+  for (int k = 0; k < 50; ++k) {
+    dut.Send(0.02 * k, Message(k, 0.02 * k), &state);
+  }
+  State copy = state;
+  State assigned = dut.MakeState(77);
+  assigned = state;
+  for (int k = 50; k < 150; ++k) {
+    dut.Send(0.02 * k, Message(k, 0.02 * k), &state);
+  }
+  EXPECT_LT(dut.Receive(3.0, copy).sequence, 50);
+  for (State* other : {&copy, &assigned}) {
+    for (int k = 50; k < 150; ++k) {
+      dut.Send(0.02 * k, Message(k, 0.02 * k), other);
+    }
+    EXPECT_EQ(dut.Receive(3.0, *other).sequence,
+              dut.Receive(3.0, state).sequence);
+    EXPECT_EQ(other->lost, state.lost);
+    EXPECT_EQ(other->last_arrival_time, state.last_arrival_time);
+  }
+}
+
+TEST(CommunicationChannelTest, AFullChannelDropsTheOldest) {
+  const Channel dut(Params(1e6));
+  State state = dut.MakeState(0);
+  const int capacity =
+      static_cast<int>(InFlightMessages<PoseMessage>::kCapacity);
+  for (int k = 0; k < capacity + 3; ++k) {
+    dut.Send(0.001 * k, Message(k, 0.001 * k), &state);
+  }
+  EXPECT_EQ(state.overflow, 3);
+  EXPECT_EQ(state.in_flight.size(), InFlightMessages<PoseMessage>::kCapacity);
+  EXPECT_EQ(state.in_flight[0].message.sequence, 3);
+  EXPECT_EQ(dut.Receive(2e6, state).sequence, capacity + 2);
+}
+
+TEST(CommunicationChannelTest, DoesNotAllocate) {
+  const Channel dut(Params(0.3, 0.1, 0.1));
+  State state = dut.MakeState(0);
+  State target = dut.MakeState(1);
+  std::int64_t last = 0;
+  ScopedNoAlloc guard;
+  for (int k = 0; k < 2000; ++k) {
+    dut.Send(0.0001 * k, Message(k, 0.0001 * k), &state);
+    last = dut.Receive(0.0001 * k, state).sequence;
+  }
+  target = state;
+  EXPECT_EQ(guard.count(), 0);
+  EXPECT_EQ(target.in_flight.size(), state.in_flight.size());
+  EXPECT_LT(last, 2000);
+}
+
+TEST(CommunicationChannelTest, CarriesForcesToo) {
+  const CommunicationChannel<ForceMessage> dut(Params(0.1));
+  auto state = dut.MakeState(0);
+  ForceMessage message;
+  message.sequence = 0;
+  message.force = Eigen::Vector3d(1, 2, 3);
+  dut.Send(0.0, message, &state);
+  EXPECT_EQ(dut.Receive(0.05, state).sequence, -1);
+  EXPECT_EQ(dut.Receive(0.15, state).force, message.force);
+}
+
+TEST(CommunicationChannelParamsTest, InvalidParametersAreNamed) {
+  const auto message = [](const CommunicationChannelParams& params) {
+    return InvalidArgument([&] { Channel{params}; });
+  };
+  EXPECT_NE(
+      message(Params(-0.1)).find("CommunicationChannelParams: field `delay`"),
+      std::string::npos);
+  EXPECT_NE(message(Params(-0.1)).find("-0.1"), std::string::npos);
+  EXPECT_NE(message(Params(0.0, kNan)).find("`jitter`"), std::string::npos);
+  EXPECT_NE(message(Params(0.0, 0.0, 1.0)).find("`loss`"), std::string::npos);
+  EXPECT_EQ(message(Params(0.0, 0.0, 0.99)), "no exception");
+}
+
+}  // namespace
+}  // namespace dual_proxy

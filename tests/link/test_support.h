@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace dual_proxy {
+
+/** What the std::invalid_argument of `action` says, or "no exception". */
+template <class Action>
+std::string InvalidArgument(const Action& action) {
+  try {
+    action();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "no exception";
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/perception/force_space_particle_filter.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+#include <Eigen/LU>
+
+#include "dual_proxy/common/rotation.h"
+#include "no_alloc.h"
+#include "validation_error.h"
+
+namespace dual_proxy {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+/** Angle between two axes, deg, 0 to 90. */
+double AngleDeg(const Vector3d& a, const Vector3d& b) {
+  const double cosine = std::abs(a.normalized().dot(b.normalized()));
+  return std::acos(std::min(1.0, cosine)) * 180 / std::numbers::pi;
+}
+
+/** Everything in the state that an update may change, but the work space. */
+void ExpectSame(const ForceSpaceParticleFilterState& a,
+                const ForceSpaceParticleFilterState& b) {
+  EXPECT_EQ(a.particles, b.particles);
+  EXPECT_EQ(a.dimension, b.dimension);
+  EXPECT_EQ(a.force_selection, b.force_selection);
+  EXPECT_EQ(a.motion_selection, b.motion_selection);
+  EXPECT_EQ(a.singular_values, b.singular_values);
+  EXPECT_EQ(a.singular_vectors, b.singular_vectors);
+  EXPECT_EQ(a.prior, b.prior);
+  EXPECT_EQ(a.num_priors, b.num_priors);
+  EXPECT_EQ(a.updates, b.updates);
+  EXPECT_EQ(a.all_weights_zero, b.all_weights_zero);
+  RandomStream random_a = a.random;
+  RandomStream random_b = b.random;
+  EXPECT_EQ(random_a.Uniform(), random_b.Uniform());
+}
+
+void ExpectInvariants(const ForceSpaceParticleFilterState& state) {
+  // Rounding of 3x3 products of projections; the eigenvectors are orthonormal
+  // to about 1e-15.
+  constexpr double kTolerance = 1e-13;
+  const Matrix3d& Omega_f = state.force_selection;
+  const Matrix3d& Omega_m = state.motion_selection;
+  ASSERT_TRUE(Omega_f.allFinite());
+  EXPECT_TRUE(Omega_f.isApprox(Omega_f.transpose(), 0) || Omega_f.isZero(0));
+  EXPECT_LT((Omega_f * Omega_f - Omega_f).norm(), kTolerance);
+  EXPECT_LT((Omega_m * Omega_m - Omega_m).norm(), kTolerance);
+  EXPECT_EQ(Matrix3d(Omega_f + Omega_m), Matrix3d::Identity());
+  EXPECT_NEAR(Omega_f.trace(), state.dimension, kTolerance);
+  const Matrix3d& U = state.singular_vectors;
+  EXPECT_LT((U.transpose() * U - Matrix3d::Identity()).norm(), kTolerance);
+  EXPECT_GT(U.determinant(), 0);
+  double num_on_sphere = 0;
+  for (int i = 0; i < state.particles.cols(); ++i) {
+    const double norm = state.particles.col(i).norm();
+    ASSERT_TRUE(norm == 0 || std::abs(norm - 1) < 1e-14);
+    if (norm > 0) ++num_on_sphere;
+  }
+  EXPECT_NEAR(state.singular_values.squaredNorm(), num_on_sphere,
+              1e-12 * (1 + num_on_sphere));
+  EXPECT_GE(state.singular_values(0), state.singular_values(1));
+  EXPECT_GE(state.singular_values(1), state.singular_values(2));
+  EXPECT_EQ(state.dimension == 0,
+            num_on_sphere < 0.5 * static_cast<double>(state.particles.cols()));
+}
+
+class ForceSpaceParticleFilterTest : public ::testing::Test {
+ protected:
+  /** A few updates of pressing with 8 N along `normals`, while sliding in a
+  direction that all of them allow, with the command `motion` first along the
+  new normal and then gone, as the robot's controller does it. */
+  void Press(const Vector3d& force, const Vector3d& motion,
+             const Vector3d& contact, int updates) {
+    for (int i = 0; i < updates; ++i) {
+      status_ = dut_.Update(force, slide_, motion, contact, &state_);
+    }
+  }
+
+  ForceSpaceParticleFilter dut_;
+  ForceSpaceParticleFilterState state_{dut_.MakeState(1)};
+  FilterStatus status_{};
+  Vector3d slide_{Vector3d::Zero()};
+  const Vector3d zero_{Vector3d::Zero()};
+  const Vector3d down_{-Vector3d::UnitZ()};
+  const Vector3d side_{Vector3d::UnitY()};
+};
+
+TEST_F(ForceSpaceParticleFilterTest, StartsFree) {
+  EXPECT_EQ(state_.dimension, 0);
+  EXPECT_EQ(state_.particles.cols(), 1000);
+  EXPECT_TRUE(state_.particles.isZero(0));
+  ExpectInvariants(state_);
+}
+
+TEST_F(ForceSpaceParticleFilterTest, FreeMotionStaysFree) {
+  RandomStream random(3);
+  for (int i = 0; i < 300; ++i) {
+    Vector3d noise;
+    for (double& value : noise) value = 0.2 * random.Normal();
+    EXPECT_EQ(dut_.Update(noise, Vector3d(0.1, 0, 0.05), Vector3d(5, 0, 2.5),
+                          zero_, &state_),
+              FilterStatus::kOk);
+    EXPECT_EQ(state_.dimension, 0);
+  }
+  EXPECT_TRUE(state_.particles.isZero(0));
+  EXPECT_EQ(state_.updates, 300);
+}
+
+TEST_F(ForceSpaceParticleFilterTest, OneWallIsFoundAndItsNormalPointsInward) {
+  slide_ = Vector3d(0.05, 0, 0);
+  Press(8 * down_, 8 * down_, zero_, 2);
+  EXPECT_EQ(state_.dimension, 1);
+  Press(8 * down_, zero_, 8 * down_, 15);
+  EXPECT_EQ(state_.dimension, 1);
+  EXPECT_LT(AngleDeg(state_.singular_vectors.col(0), down_), 5);
+  EXPECT_GT(state_.singular_vectors.col(0).dot(down_), 0);
+  ExpectInvariants(state_);
+}
+
+TEST_F(ForceSpaceParticleFilterTest, LiftingFreesAgain) {
+  Press(8 * down_, 8 * down_, zero_, 3);
+  ASSERT_EQ(state_.dimension, 1);
+  Press(zero_, zero_, zero_, 5);
+  EXPECT_EQ(state_.dimension, 0);
+  EXPECT_TRUE(state_.force_selection.isZero(0));
+}
+
+TEST_F(ForceSpaceParticleFilterTest, CornerGivesTwoWithoutPassingThree) {
+  slide_ = Vector3d(0.02, 0, 0);
+  Press(8 * down_, 8 * down_, zero_, 2);
+  Press(8 * down_, zero_, 8 * down_, 5);
+  ASSERT_EQ(state_.dimension, 1);
+  for (int i = 0; i < 15; ++i) {
+    Press(8 * down_ + 8 * side_, 8 * side_, 8 * down_, 1);
+    // Algorithm 3 as printed jumps to three here.
+    EXPECT_LE(state_.dimension, 2);
+  }
+  EXPECT_EQ(state_.dimension, 2);
+  EXPECT_LT(AngleDeg(state_.singular_vectors.col(2), Vector3d::UnitX()), 5);
+}
+
+// Every input turned by R turns the axis by R. The random numbers are not
+// turned, hence the filter's own accuracy.
+TEST_F(ForceSpaceParticleFilterTest, TurnsWithItsInputs) {
+  RandomStream random(5);
+  for (int trial = 0; trial < 20; ++trial) {
+    Vector3d vector;
+    for (double& value : vector) value = random.Normal();
+    const Matrix3d R = ExpRotation(vector);
+    state_ = dut_.MakeState(static_cast<std::uint64_t>(trial));
+    slide_ = R * Vector3d(0.05, 0, 0);
+    Press(8 * R * down_, 8 * R * down_, zero_, 2);
+    Press(8 * R * down_, zero_, 8 * R * down_, 10);
+    EXPECT_EQ(state_.dimension, 1) << "trial " << trial;
+    EXPECT_LT(AngleDeg(state_.singular_vectors.col(0), R * down_), 5)
+        << "trial " << trial;
+  }
+}
+
+// Without scatter the share on the sphere follows from equations (6)-(8): half
+// of n_p particles added with weight 1/2, against n_p + 1 at the centre with
+// weight 1/4, hence n_p 250 / (250 + 250.25) of the new particles.
+TEST_F(ForceSpaceParticleFilterTest, SharesFollowTheWeights) {
+  ForceSpaceParticleFilterParams params;
+  params.scatter_std = 0;
+  params.update_thresholds = {0, 10, 0.001, 0.005};
+  params.resampling_thresholds = {0, 10, 0.001, 0.005};
+  const ForceSpaceParticleFilter dut(params);
+  state_ = dut.MakeState(0);
+  EXPECT_EQ(dut.Update(5 * down_, zero_, down_, zero_, &state_),
+            FilterStatus::kOk);
+  const double expected = 1000 * 250 / 500.25;
+  EXPECT_NEAR(state_.singular_values.squaredNorm(), expected, 1);
+  EXPECT_NEAR(state_.singular_values(1), 0, 1e-12);
+
+  // Sinking at 3 mm/s halves w_v: a quarter of n_p is added, of weight 1/4.
+  state_ = dut.MakeState(0);
+  dut.Update(5 * down_, 0.003 * down_, down_, zero_, &state_);
+  EXPECT_NEAR(state_.singular_values.squaredNorm(),
+              1000 * 62.5 / (62.5 + 250.25), 1);
+}
+
+// The added particles lie at s = (i - 1/2) / n_add between F_m and F_f.
+TEST_F(ForceSpaceParticleFilterTest, AddsAlongTheArcBetweenTheCommands) {
+  ForceSpaceParticleFilterParams params;
+  params.scatter_std = 0;
+  const ForceSpaceParticleFilter dut(params);
+  state_ = dut.MakeState(0);
+  // Saturates every weight on the arc, and excludes the centre.
+  dut.Update(100 * (down_ + side_), zero_, 3 * side_, 7 * down_, &state_);
+  Matrix3d expected = Matrix3d::Zero();
+  for (int i = 0; i < 1000; ++i) {
+    const double s = (i + 0.5) / 1000;
+    const Vector3d added = (s * down_ + (1 - s) * side_).normalized();
+    expected += added * added.transpose();
+    EXPECT_LT((state_.particles.col(i) - added).norm(), 1e-14);
+  }
+  const Matrix3d& U = state_.singular_vectors;
+  EXPECT_LT(
+      (U * state_.singular_values.cwiseAbs2().asDiagonal() * U.transpose() -
+       expected)
+          .norm(),
+      1e-10);
+}
+
+TEST_F(ForceSpaceParticleFilterTest, AllWeightsZeroKeepsMovedParticles) {
+  ForceSpaceParticleFilterParams params;
+  params.scatter_std = 0;
+  const ForceSpaceParticleFilter dut(params);
+  state_ = dut.MakeState(0);
+  dut.Update(8 * down_, zero_, down_, zero_, &state_);
+  ASSERT_EQ(state_.dimension, 1);
+  ForceSpaceParticleFilterState::Particles expected = state_.particles;
+  expected.col(999).setZero();
+  // The force speaks against all particles and against the centre.
+  EXPECT_EQ(dut.Update(-8 * down_, zero_, zero_, zero_, &state_),
+            FilterStatus::kAllWeightsZero);
+  EXPECT_EQ(state_.particles, expected);
+  EXPECT_EQ(state_.all_weights_zero, 1);
+  EXPECT_EQ(state_.dimension, 1);
+  ExpectInvariants(state_);
+}
+
+TEST_F(ForceSpaceParticleFilterTest, BadInputIsRefusedAndCounted) {
+  Press(8 * down_, 8 * down_, zero_, 3);
+  const ForceSpaceParticleFilterState before = state_;
+  int refused = 0;
+  for (const double bad : {kNan, -std::numeric_limits<double>::infinity(),
+                           std::numeric_limits<double>::max()}) {
+    for (int argument = 0; argument < 4; ++argument) {
+      Vector3d inputs[4] = {down_, zero_, down_, zero_};
+      inputs[argument].y() = bad;
+      EXPECT_EQ(
+          dut_.Update(inputs[0], inputs[1], inputs[2], inputs[3], &state_),
+          FilterStatus::kBadInput);
+      EXPECT_EQ(state_.bad_inputs, ++refused);
+    }
+  }
+  ExpectSame(state_, before);
+}
+
+TEST_F(ForceSpaceParticleFilterTest, StateOfAnotherFilterIsRefused) {
+  ForceSpaceParticleFilterParams params;
+  params.prior_particles = 51;
+  for (const int num_particles : {1000, 500}) {
+    params.num_particles = num_particles;
+    state_ = ForceSpaceParticleFilter(params).MakeState(0);
+    EXPECT_FALSE(dut_.IsCompatible(state_));
+    EXPECT_EQ(dut_.Update(down_, zero_, down_, zero_, &state_),
+              FilterStatus::kBadInput);
+    EXPECT_EQ(state_.bad_inputs, 1);
+  }
+  EXPECT_TRUE(dut_.IsCompatible(dut_.MakeState(0)));
+}
+
+TEST_F(ForceSpaceParticleFilterTest, InvariantsHoldForRandomInputs) {
+  ForceSpaceParticleFilterParams params;
+  params.num_particles = 60;
+  params.prior_particles = 5;
+  params.scatter_std = 0.3;  // So that three dimensions are met as well.
+  params.alpha_add = 0.3;
+  const ForceSpaceParticleFilter dut(params);
+  state_ = dut.MakeState(9);
+  RandomStream random(11);
+  // From nothing, over what is usual, to what nobody would send.
+  constexpr double kScales[] = {0, 1e-9, 1e-3, 0.01, 1, 5, 20, 1e6, 1e150};
+  const auto draw = [&random, &kScales] {
+    Vector3d value;
+    for (double& entry : value) entry = random.Normal();
+    return Vector3d(value * kScales[static_cast<int>(9 * random.Uniform())]);
+  };
+  int dimensions[4] = {};
+  for (int i = 0; i < 10000; ++i) {
+    if (i % 100 == 0) dut.SetPrior(draw(), &state_);
+    const Vector3d force = draw();
+    ASSERT_NE(dut.Update(force, 1e-3 * draw(), draw(), draw(), &state_),
+              FilterStatus::kBadInput);
+    ExpectInvariants(state_);
+    if (HasFailure()) FAIL() << "input " << i;
+    ++dimensions[state_.dimension];
+  }
+  // The sweep has been everywhere.
+  for (const int count : dimensions) EXPECT_GT(count, 20);
+}
+
+TEST_F(ForceSpaceParticleFilterTest, SameSeedSameBitsAndCopyContinues) {
+  ForceSpaceParticleFilterState other = dut_.MakeState(1);
+  Press(8 * down_, 8 * down_, zero_, 4);
+  for (int i = 0; i < 4; ++i) {
+    dut_.Update(8 * down_, slide_, 8 * down_, zero_, &other);
+  }
+  ExpectSame(state_, other);
+
+  const ForceSpaceParticleFilterState saved = state_;
+  Press(8 * side_, 8 * side_, 8 * down_, 4);
+  const ForceSpaceParticleFilterState after = state_;
+  state_ = saved;
+  Press(8 * side_, 8 * side_, 8 * down_, 4);
+  ExpectSame(state_, after);
+
+  other = dut_.MakeState(2);
+  dut_.Update(8 * down_, zero_, 8 * down_, zero_, &other);
+  dut_.Update(8 * down_, zero_, zero_, zero_, &other);
+  EXPECT_NE(other.particles, saved.particles);
+}
+
+TEST_F(ForceSpaceParticleFilterTest, DoesNotAllocate) {
+  Matrix3Xd normals = Matrix3Xd::Random(3, 8);
+  ScopedNoAlloc guard;
+  dut_.SetPrior(normals, &state_);
+  Press(8 * down_, 8 * down_, zero_, 3);
+  Press(8 * down_ + 8 * side_, 8 * side_, 8 * down_, 3);
+  Press(-20 * down_ - 20 * side_, zero_, zero_, 2);
+  EXPECT_EQ(guard.count(), 0);
+}
+
+// With no command into the wall only the prior can tell of it.
+TEST_F(ForceSpaceParticleFilterTest, PriorFindsWhatNoCommandPointsTo) {
+  Press(2 * down_, zero_, zero_, 20);
+  EXPECT_EQ(state_.dimension, 0);
+  ASSERT_EQ(dut_.SetPrior(3 * down_, &state_), FilterStatus::kOk);
+  EXPECT_EQ(Vector3d(state_.prior.col(0)), down_);
+  Press(2 * down_, zero_, zero_, 20);
+  EXPECT_EQ(state_.dimension, 1);
+  EXPECT_LT(AngleDeg(state_.singular_vectors.col(0), down_), 5);
+}
+
+TEST_F(ForceSpaceParticleFilterTest, PriorAloneIsNoContact) {
+  ASSERT_EQ(dut_.SetPrior(Matrix3d::Identity(), &state_), FilterStatus::kOk);
+  EXPECT_EQ(state_.num_priors, 3);
+  slide_ = Vector3d(0.05, 0.02, 0);
+  Press(zero_, zero_, zero_, 50);
+  EXPECT_EQ(state_.dimension, 0);
+}
+
+TEST_F(ForceSpaceParticleFilterTest, BadPriorIsRefusedAndGoodOneRemovable) {
+  ASSERT_EQ(dut_.SetPrior(down_, &state_), FilterStatus::kOk);
+  const ForceSpaceParticleFilterState before = state_;
+  EXPECT_EQ(dut_.SetPrior(Matrix3Xd::Ones(3, 9), &state_),
+            FilterStatus::kBadInput);
+  EXPECT_EQ(dut_.SetPrior(zero_, &state_), FilterStatus::kBadInput);
+  EXPECT_EQ(dut_.SetPrior(Vector3d(0, kNan, 1), &state_),
+            FilterStatus::kBadInput);
+  EXPECT_EQ(state_.bad_inputs, 3);
+  ExpectSame(state_, before);
+  EXPECT_EQ(dut_.SetPrior(Matrix3Xd(3, 0), &state_), FilterStatus::kOk);
+  EXPECT_EQ(state_.num_priors, 0);
+}
+
+TEST(ForceSpaceParticleFilterParamsTest, DefaultsAreThePaperAndValid) {
+  const ForceSpaceParticleFilterParams params;
+  EXPECT_EQ(ValidationError(params), "valid");
+  EXPECT_EQ(params.num_particles, 1000);
+  EXPECT_EQ(params.period, 1.0 / 15.0);
+  EXPECT_EQ(params.update_thresholds.force_low, 3);
+  EXPECT_EQ(params.update_thresholds.force_high, 10);
+  EXPECT_EQ(params.update_thresholds.velocity_high, 0.005);
+  EXPECT_EQ(params.resampling_thresholds.force_high, 3);
+  EXPECT_EQ(params.resampling_thresholds.velocity_high, 0.01);
+}
+
+TEST(ForceSpaceParticleFilterParamsTest, ErrorsNameFieldRangeAndValue) {
+  using Params = ForceSpaceParticleFilterParams;
+  const auto error = [](auto change) {
+    Params params;
+    change(&params);
+    EXPECT_THROW(ForceSpaceParticleFilter{params}, std::invalid_argument);
+    return ValidationError(params);
+  };
+  const std::string who = "ForceSpaceParticleFilterParams: field ";
+  const std::string who_thresholds =
+      "ForceSpaceParticleFilterThresholds: field ";
+  EXPECT_EQ(error([](Params* p) { p->num_particles = 1; }),
+            who + "`num_particles` expected a value in [2, 100000], got 1");
+  EXPECT_EQ(error([](Params* p) { p->period = 0; }),
+            who + "`period` expected a finite value > 0, got 0");
+  EXPECT_EQ(error([](Params* p) { p->scatter_mean = 2; }),
+            who + "`scatter_mean` expected a value in [-1, 1], got 2");
+  EXPECT_EQ(error([](Params* p) { p->scatter_std = kNan; }),
+            who + "`scatter_std` expected a value in [0, 1], got nan");
+  EXPECT_EQ(error([](Params* p) { p->alpha_add = 1; }),
+            who + "`alpha_add` expected a value in (0, 1), got 1");
+  EXPECT_EQ(error([](Params* p) { p->alpha_remove = 0.6; }),
+            who + "`alpha_remove` expected a value in (0, alpha_add], got 0.6");
+  EXPECT_EQ(error([](Params* p) { p->epsilon = 0; }),
+            who + "`epsilon` expected a value in [1e-12, 0.1], got 0");
+  EXPECT_EQ(error([](Params* p) { p->prior_particles = -1; }),
+            who + "`prior_particles` expected a value in [0, 100000], got -1");
+  EXPECT_EQ(
+      error([](Params* p) { p->update_thresholds.force_high = 3; }),
+      who_thresholds + "`force_high` expected a value > force_low, got 3");
+  EXPECT_EQ(
+      error([](Params* p) { p->resampling_thresholds.velocity_low = 0.02; }),
+      who_thresholds +
+          "`velocity_high` expected a value > velocity_low, got 0.01");
+  EXPECT_EQ(
+      error([](Params* p) { p->update_thresholds.velocity_low = -1; }),
+      who_thresholds + "`velocity_low` expected a finite value >= 0, got -1");
+  EXPECT_EQ(
+      error([](Params* p) { p->likelihood = static_cast<Likelihood>(9); }),
+      who + "`likelihood` expected Likelihood::kPaper, got 9");
+}
+
+}  // namespace
+}  // namespace dual_proxy

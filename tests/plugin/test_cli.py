@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: BSD-3-Clause
+import json
+import sys
+import time
+import types
+
+import pandas as pd
+import pytest
+
+from dual_proxy import cli
+from dual_proxy.log import load_log
+from dual_proxy.metrics import METRICS
+from dual_proxy.run import Run, RunError, run
+from dual_proxy.scenario import ScenarioError, load_scenario
+
+
+class FakeStation:
+    """Plays a ready-made log; fails at a given time."""
+
+    log: pd.DataFrame
+    fail_at = float("inf")
+    error: BaseException = RuntimeError("the arm\nhas left the room")
+    built = None
+
+    def __init__(self, scenario, meshcat=False):
+        type(self).built = (scenario, meshcat)
+        self._time = 0.0
+
+    def advance_to(self, now):
+        if now > self.fail_at:
+            raise self.error
+        assert now > self._time
+        self._time = now
+
+    def log_frame(self):
+        return self.log[self.log.index <= self._time + 1e-9]
+
+
+@pytest.fixture
+def station(monkeypatch, make_log):
+    """Replace the simulation, which has tests of its own, and the replay."""
+
+    class Station(FakeStation):
+        log = make_log(load_scenario("plane"))
+
+    def write_replay(log, path, **_):
+        path.write_text(f"{len(log)} rows")
+
+    for name, content in (
+        ("station", {"build_station": Station}),
+        ("replay", {"write_replay": write_replay}),
+    ):
+        module = types.ModuleType(f"dual_proxy.{name}")
+        module.__dict__.update(content)
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+    return Station
+
+
+def run_cli(capsys, *arguments):
+    try:
+        status = cli.main(list(map(str, arguments)))
+    except SystemExit as error:
+        status = error.code
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "required: COMMAND"),
+        (["fly"], "invalid choice: 'fly'"),
+        (["run"], "required: SCENARIO"),
+        (["run", "plan"], "unknown scenario 'plan', available: plane"),
+        (["run", "none.yaml"], "none.yaml: No such file"),
+        (["run", "plane", "--scheme", "magic"], "invalid choice: 'magic'"),
+        (["run", "plane", "--delay", "soon"], "invalid float value: 'soon'"),
+        (["run", "plane", "--delay", "nan"], "plane.link.delay: expected a finite"),
+        (["run", "plane", "--delay", "-1"], "plane.link.delay: expected"),
+        (["run", "plane", "--duration", "0"], "plane.duration: expected"),
+        (["run", "plane", "--seed", "x"], "invalid int value: 'x'"),
+        (["run", "plane", "--seed", "-1"], "plane.seed: expected"),
+        (["run", "plane", "--set", "seed"], "--set seed: expected KEY=VALUE"),
+        (["run", "plane", "--set", "=1"], "--set =1: expected KEY=VALUE"),
+        (["run", "plane", "--set", "sed=1"], "unknown key 'sed', did you mean 'seed'"),
+        (["run", "plane", "--set", "seed=[1"], "--set seed=[1"),
+        (["run", "plane", "--recording", "no.csv"], "no.csv: No such file"),
+        (["run", "plane", "--fast"], "unrecognized arguments: --fast"),
+        (["run", "plane", "--out", __file__], "--out"),
+    ],
+)
+def test_bad_input_is_one_clear_line_and_status_2(capsys, station, arguments, message):
+    status, out, err = run_cli(capsys, *arguments)
+    assert status == 2
+    assert out == ""
+    assert err.count("\n") == 1
+    assert "error: " in err
+    assert message in err
+
+
+def test_list_names_each_scenario(capsys):
+    status, out, _ = run_cli(capsys, "list")
+    assert status == 0
+    assert any(line.split()[0] == "plane" for line in out.splitlines())
+
+
+def test_version_and_help(capsys):
+    status, out, _ = run_cli(capsys, "--version")
+    assert status == 0
+    assert out.startswith("dual-proxy ")
+    status, out, _ = run_cli(capsys, "run", "--help")
+    assert status == 0
+    for option in ("scheme", "delay", "duration", "seed", "set", "recording"):
+        assert f"--{option}" in out
+    for option in ("--meshcat", "--realtime", "--mcap", "--out"):
+        assert option in out
+
+
+def test_run_saves_everything_and_prints_every_metric(capsys, station, tmp_path):
+    out_dir = tmp_path / "a" / "b"
+    status, out, err = run_cli(
+        capsys,
+        *("run", "plane", "--scheme", "position_force", "--delay", "0.15"),
+        *("--duration", 10, "--seed", 3, "--set", "filter.period=2e-2"),
+        *("--set", "controller.feed_forward=true", "--mcap", "--meshcat"),
+        *("--out", out_dir),
+    )
+    assert (status, err) == (0, "")
+    for key in METRICS:
+        assert key in out
+    assert f"report: {out_dir / 'report.html'}" in out
+    assert {path.name for path in out_dir.iterdir()} == {
+        *("metrics.json", "log.npz", "log.mcap", "scenario.yaml"),
+        *("report.html", "replay.html"),
+    }
+    scenario, meshcat = station.built
+    assert meshcat is True
+    assert scenario.scheme == "position_force"
+    assert (scenario.link.delay, scenario.duration, scenario.seed) == (0.15, 10.0, 3)
+    assert scenario.filter.period == 0.02
+    assert scenario.controller.feed_forward is True  # Wins over the scheme's.
+    assert load_scenario(out_dir / "scenario.yaml") == scenario
+    metrics = json.loads((out_dir / "metrics.json").read_text())
+    assert list(metrics) == list(METRICS)
+    assert metrics["sim_s"] == pytest.approx(10.0)
+    pd.testing.assert_frame_equal(
+        load_log(out_dir / "log.npz"), station.log.iloc[:10001], check_exact=True
+    )
+
+
+def test_default_directory(capsys, station, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, _, _ = run_cli(capsys, "run", "plane", "--delay", "0.05")
+    assert status == 0
+    assert (tmp_path / "out" / "plane-dual_proxy-50ms" / "report.html").is_file()
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (RuntimeError("the arm\nhas left the room"), "the arm has left the room"),
+        (KeyboardInterrupt(), "interrupted"),
+        (ValueError(), "ValueError"),
+    ],
+)
+def test_failed_run_is_saved_and_status_3(capsys, station, tmp_path, error, text):
+    station.fail_at, station.error = 5.0, error
+    status, out, err = run_cli(capsys, "run", "plane", "--out", tmp_path)
+    assert status == 3
+    assert err == f"dual-proxy: error: the run failed after 5 s: {text}\n"
+    assert len(load_log(tmp_path / "log.npz")) == 5001
+    assert text in (tmp_path / "report.html").read_text()
+    assert "metrics.json" in {path.name for path in tmp_path.iterdir()}
+    assert "report: " in out
+
+
+def test_failure_before_the_first_step_is_saved_too(capsys, station, tmp_path):
+    station.fail_at = -1.0
+    station.log = station.log.iloc[:0]
+    status, _, _ = run_cli(capsys, "run", "plane", "--out", tmp_path)
+    assert status == 3
+    assert {path.name for path in tmp_path.iterdir()} == {
+        *("metrics.json", "log.npz", "scenario.yaml", "report.html")
+    }
+
+
+def test_values_that_are_not_finite_fail_the_command(capsys, station, tmp_path):
+    station.log = station.log.copy()
+    station.log.iloc[100, 0] = float("nan")
+    status, _, err = run_cli(capsys, "run", "plane", "--out", tmp_path)
+    assert status == 3
+    assert "not finite" in err
+    assert json.loads((tmp_path / "metrics.json").read_text())["finite"] is False
+
+
+def test_run_error_carries_what_was_logged(station):
+    station.fail_at = 5.0
+    with pytest.raises(RunError, match="failed after 5 s") as caught:
+        run("plane")
+    assert isinstance(caught.value.run, Run)
+    assert len(caught.value.run.log) == 5001
+    assert caught.value.run.metrics["sim_s"] == pytest.approx(5.0)
+    assert caught.value.__cause__ is station.error
+
+
+def test_run_takes_a_scenario_and_leaves_it_alone(station):
+    scenario = load_scenario("plane")
+    before = scenario.to_yaml()
+    seen = []
+    result = run(
+        scenario, duration=2.0, progress=lambda now, end: seen.append((now, end))
+    )
+    assert scenario.to_yaml() == before
+    assert result.failure == ""
+    assert result.scenario.duration == 2.0
+    assert len(seen) == 20
+    assert seen[-1] == (2.0, 2.0)
+
+
+def test_arguments_win_over_overrides(station):
+    result = run("plane", delay=0.1, overrides={"link.delay": 0.2, "link.rate": 100})
+    assert result.scenario.link.delay == 0.1
+    assert result.scenario.link.rate == 100.0
+
+
+def test_realtime_takes_its_time(station):
+    began = time.monotonic()
+    run("plane", duration=0.3, realtime=True)
+    assert time.monotonic() - began >= 0.29
+
+
+def test_a_scenario_that_cannot_be_built_is_bad_input(station, monkeypatch):
+    def build_station(*_, **__):
+        raise ValueError("out of\nreach")
+
+    monkeypatch.setattr(
+        sys.modules["dual_proxy.station"], "build_station", build_station
+    )
+    with pytest.raises(ScenarioError, match="plane: cannot be built: out of reach"):
+        run("plane")

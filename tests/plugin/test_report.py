@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: BSD-3-Clause
+import base64
+import html
+import html.parser
+import re
+
+import numpy as np
+import pytest
+
+from dual_proxy.metrics import METRICS, compute_metrics
+from dual_proxy.report import format_metric, render_report, write_report
+from dual_proxy.scenario import load_scenario
+
+SECTIONS = (
+    "Metrics",
+    "Positions",
+    "Forces",
+    "Contact direction",
+    "Link",
+    "Torques",
+    "Passivity",
+    "Scenario",
+)
+
+
+@pytest.fixture
+def scenario():
+    return load_scenario("plane")
+
+
+@pytest.fixture
+def page(scenario, make_log):
+    def page(rows=None, **arguments):
+        log = make_log(scenario).iloc[:rows]
+        return render_report(log, compute_metrics(log, scenario), scenario, **arguments)
+
+    return page
+
+
+class Checker(html.parser.HTMLParser):
+    """Collects references and finds tags that do not close."""
+
+    VOID = ("meta", "img", "br")
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.references = [], []
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in self.VOID:
+            self.open.append(tag)
+        self.references += [v for k, v in attrs if k in ("src", "href")]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def check(text):
+    checker = Checker()
+    checker.feed(text)
+    assert checker.open == []
+    return checker.references
+
+
+def test_page_is_whole_self_contained_and_small(page):
+    text = page(links=["log.npz"])
+    references = check(text)
+    pictures = [r for r in references if r.startswith("data:image/png;base64,")]
+    assert len(pictures) == 6
+    for picture in pictures:
+        data = base64.b64decode(picture.partition(",")[2], validate=True)
+        assert data.startswith(b"\x89PNG")
+    assert [r for r in references if not r.startswith("data:")] == ["log.npz"]
+    assert "http" not in text
+    assert re.findall("<h2>(.*?)</h2>", text) == list(SECTIONS)
+    assert len(text.encode()) < 2e6
+
+
+def test_every_metric_with_unit_and_every_parameter_is_there(page, scenario):
+    text = html.unescape(page())
+    for key, entry in METRICS.items():
+        number = '</td><td class="number">[^<]+</td>'
+        assert re.search(f"<code>{key}</code>{number}<td>{entry.unit}</td>", text), key
+    assert scenario.to_yaml() in text
+
+
+def test_equal_runs_give_equal_pages(page):
+    assert page() == page()
+
+
+@pytest.mark.parametrize("rows", [0, 1, 2, 3500])
+def test_a_failed_run_is_shown_as_far_as_it_went(page, rows):
+    text = page(rows, failure="it <broke>")
+    check(text)
+    assert "it &lt;broke&gt;" in text
+    assert ("data:image/png" in text) == (rows > 1)
+
+
+def test_text_from_the_scenario_is_escaped(scenario, make_log):
+    scenario.description = "<script>alert(1)</script>"
+    log = make_log(scenario)
+    text = render_report(log, compute_metrics(log, scenario), scenario)
+    check(text)
+    assert "<script>" not in text
+
+
+def test_values_that_are_not_finite_are_drawn_as_gaps(scenario, make_log):
+    log = make_log(scenario)
+    log.iloc[5000:5100, :40] = np.nan
+    log.iloc[6000, 50] = np.inf
+    check(render_report(log, compute_metrics(log, scenario), scenario))
+
+
+def test_file_is_written_whole(scenario, make_log, tmp_path):
+    log = make_log(scenario)
+    path = tmp_path / "report.html"
+    path.write_text("old")
+    write_report(log, compute_metrics(log, scenario), scenario, path)
+    assert path.read_text().endswith("</html>\n")
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "-"),
+        (True, "yes"),
+        (False, "no"),
+        (7, "7"),
+        (0.0123456, "0.01235"),
+        (0.0, "0"),
+    ],
+)
+def test_format_metric(value, text):
+    assert format_metric(value) == text

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/sides/haptic_side.h"
+
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "dual_proxy/common/random.h"
+#include "no_alloc.h"
+#include "validation_error.h"
+
+namespace dual_proxy {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+class HapticSideTest : public ::testing::Test {
+ protected:
+  // A handle that wanders about while the robot presses on a floor.
+  HapticSideInput Input(int tick) {
+    HapticSideInput input;
+    input.X_DH.p = 0.01 * Vector3d(random_.Normal(), random_.Normal(), -1);
+    input.device_velocity.head<3>() = Vector3d(0.1, 0, 0.02);
+    input.message.sequence = tick / 20;
+    input.message.send_time = 0.001 * (tick / 20 * 20);
+    input.message.force_selection = Vector3d::UnitZ().asDiagonal();
+    return input;
+  }
+
+  HapticSide dut_;
+  HapticSideState state_ = dut_.MakeState();
+  RandomStream random_{11};
+};
+
+// The fused side and the separate parts give the same bits.
+TEST_F(HapticSideTest, SameAsItsParts) {
+  const HapticSideParams params = dut_.params();
+  const HapticSideProxy proxy(params.proxy);
+  const HapticController controller(params.controller);
+  const PoseSender sender(params.sender);
+  HapticSideProxyState proxy_state = proxy.MakeState();
+  HapticControllerState controller_state = controller.MakeState();
+  PoseSenderState sender_state = sender.MakeState();
+  for (int i = 0; i < 500; ++i) {
+    const double time = 0.001 * i;
+    const HapticSideInput input = Input(i);
+    dut_.Update(time, input, &state_);
+    proxy.Update(time, {.message = input.message, .X_DH = input.X_DH},
+                 &proxy_state);
+    const Vector6d wrench = controller.Update(
+        proxy_state.output.reference_force, proxy_state.output.reference_moment,
+        input.device_velocity, proxy_state.output.force_selection,
+        &controller_state);
+    const PoseMessage& message = sender.Update(
+        time, input.X_DH, Matrix3d::Zero(), Matrix3d::Zero(), &sender_state);
+    EXPECT_EQ(state_.output.device_wrench, wrench);
+    EXPECT_EQ(state_.output.message.sequence, message.sequence);
+    EXPECT_EQ(state_.output.message.pose.p, message.pose.p);
+  }
+  EXPECT_GT(state_.output.device_wrench.norm(), 0.1);
+  EXPECT_EQ(state_.output.message.sequence, 24);
+}
+
+TEST_F(HapticSideTest, LayoutNamesWhatIsWritten) {
+  for (int i = 0; i < 50; ++i) dut_.Update(0.001 * i, Input(i), &state_);
+  VectorXd vector(HapticSide::OutputSize());
+  HapticSide::WriteVector(state_.output, vector);
+  int expected_start = 0;
+  bool found = false;
+  for (const SignalSlice& signal : HapticSide::OutputLayout()) {
+    EXPECT_EQ(signal.start, expected_start) << signal.name;
+    expected_start += signal.size;
+    if (signal.name == "device_force") {
+      found = true;
+      EXPECT_EQ(vector.segment<3>(signal.start),
+                state_.output.device_wrench.head<3>());
+    }
+  }
+  EXPECT_TRUE(found);
+  EXPECT_EQ(expected_start, vector.size());
+}
+
+TEST_F(HapticSideTest, NotFiniteGivesNoForceAndIsCounted) {
+  for (int i = 0; i < 50; ++i) dut_.Update(0.001 * i, Input(i), &state_);
+  HapticSideInput input = Input(50);
+  input.device_velocity(1) = std::numeric_limits<double>::quiet_NaN();
+  dut_.Update(0.05, input, &state_);
+  EXPECT_EQ(state_.output.device_wrench, Vector6d::Zero());
+  EXPECT_EQ(state_.output.bad_inputs, 1);
+}
+
+TEST_F(HapticSideTest, CopyContinuesAlikeWithoutAllocation) {
+  for (int i = 0; i < 50; ++i) dut_.Update(0.001 * i, Input(i), &state_);
+  HapticSideState copy = state_;
+  const HapticSideInput input = Input(50);
+  VectorXd vector(HapticSide::OutputSize());
+  ScopedNoAlloc guard;
+  dut_.Update(0.05, input, &state_);
+  HapticSide::WriteVector(state_.output, vector);
+  EXPECT_EQ(guard.count(), 0);
+  dut_.Update(0.05, input, &copy);
+  EXPECT_EQ(copy.output.device_wrench, state_.output.device_wrench);
+}
+
+TEST_F(HapticSideTest, ParamsAreCheckedTogether) {
+  HapticSideParams params;
+  params.sender.period = 0.002;
+  EXPECT_EQ(ValidationError(params),
+            "HapticSideParams: field `sender.period` expected the proxy's "
+            "period, got 0.002");
+  params = {};
+  params.controller.period = 0.002;
+  EXPECT_THROW(HapticSide{params}, std::invalid_argument);
+  params = {};
+  params.controller.max_force = -1;
+  EXPECT_NE(ValidationError(params).find("`max_force`"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace dual_proxy

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/sides/robot_side.h"
+
+#include <limits>
+#include <set>
+#include <stdexcept>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "dual_proxy/common/random.h"
+#include "no_alloc.h"
+#include "validation_error.h"
+
+namespace dual_proxy {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+const Matrix3d kAlongZ{Vector3d::UnitZ().asDiagonal()};
+
+class RobotSideTest : public ::testing::Test {
+ protected:
+  // An arm whose first six joints are the tool's six freedoms, 7 kg each.
+  RobotSideInput Input(int tick) {
+    RobotSideInput input;
+    input.model.J_BE.leftCols<6>().setIdentity();
+    input.model.mass = 7 * Matrix7::Identity();
+    input.X_BE.p = Vector3d(0.4, 0, 0.3 + 1e-3 * random_.Normal());
+    for (int i = 0; i < 7; ++i) input.v(i) = 0.01 * random_.Normal();
+    input.q = dut_.params().controller.q_rest;
+    input.sensed_wrench << 0.2 * random_.Normal(), 0, -5, 0, 0, 0;
+    input.force_selection = tick % 200 < 100 ? kAlongZ : Matrix3d::Zero();
+    input.message.sequence = tick / 20;
+    input.message.send_time = 0.001 * (tick / 20 * 20);
+    input.message.pose.p = Vector3d(0.16, 1e-4 * tick, 0.12);
+    return input;
+  }
+
+  RobotSide dut_;
+  RobotSideState state_ = dut_.MakeState();
+  RandomStream random_{12};
+};
+
+// The fused side and the separate parts give the same bits.
+TEST_F(RobotSideTest, SameAsItsParts) {
+  const RobotSideParams params = dut_.params();
+  const RobotSideProxy proxy(params.proxy);
+  const OperationalSpaceController controller(params.controller);
+  const PoseSender sender(params.sender);
+  RobotSideProxyState proxy_state = proxy.MakeState();
+  OperationalSpaceControllerState controller_state = controller.MakeState();
+  PoseSenderState sender_state = sender.MakeState();
+  for (int i = 0; i < 700; ++i) {
+    const double time = 0.001 * i;
+    const RobotSideInput input = Input(i);
+    dut_.Update(time, input, &state_);
+
+    proxy.Update(time,
+                 {.message = input.message,
+                  .X_BE = input.X_BE,
+                  .force_selection = input.force_selection,
+                  .moment_selection = input.moment_selection,
+                  .has_sensed = true,
+                  .sensed_force = input.sensed_wrench.head<3>(),
+                  .sensed_moment = input.sensed_wrench.tail<3>()},
+                 &proxy_state);
+    const RobotSideProxyOutput& setpoint = proxy_state.output;
+    const auto command =
+        controller.Update({.model = input.model,
+                           .q = input.q,
+                           .v = input.v,
+                           .motion_error = setpoint.motion_error,
+                           .rotation_error = setpoint.rotation_error,
+                           .proxy_velocity = setpoint.proxy_velocity,
+                           .proxy_acceleration = setpoint.proxy_acceleration,
+                           .reference_force = setpoint.reference_force,
+                           .reference_moment = setpoint.reference_moment,
+                           .force_selection = input.force_selection,
+                           .moment_selection = input.moment_selection,
+                           .sensed_wrench = input.sensed_wrench},
+                          &controller_state);
+    const PoseMessage& message =
+        sender.Update(time, input.X_BE, input.force_selection,
+                      input.moment_selection, &sender_state);
+
+    EXPECT_EQ(state_.output.controller.torque, command.torque);
+    EXPECT_EQ(state_.output.controller.contact_force, command.contact_force);
+    EXPECT_EQ(state_.output.proxy.proxy_pose.p, setpoint.proxy_pose.p);
+    EXPECT_EQ(state_.output.message.sequence, message.sequence);
+    EXPECT_EQ(state_.output.message.pose.p, message.pose.p);
+    EXPECT_EQ(state_.output.message.force_selection, message.force_selection);
+  }
+  EXPECT_EQ(state_.output.bad_inputs, 0);
+  EXPECT_EQ(state_.output.proxy.link_status, LinkStatus::kConnected);
+  EXPECT_GT(state_.output.force_message.sequence, 30);
+}
+
+// A filter that updates at t = k T and reads what the cycle before has left
+// sees the mean of exactly the cycles from (k - 1) T on.
+TEST_F(RobotSideTest, MeansCoverOneFilterPeriod) {
+  const double filter_period = dut_.params().filter_period;
+  Vector3d force_sum = Vector3d::Zero();
+  Vector3d velocity_sum = Vector3d::Zero();
+  Vector3d motion_sum = Vector3d::Zero();
+  Vector3d contact_sum = Vector3d::Zero();
+  int count = 0;
+  int windows = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double time = 0.001 * i;
+    // Tick k is due at the first control cycle with time >= k T.
+    if (time >= (windows + 1) * filter_period - 1e-9) {
+      ++windows;
+      EXPECT_TRUE(state_.output.filter_means.sensed_force.isApprox(
+          force_sum / count, 1e-12));
+      EXPECT_TRUE(state_.output.filter_means.velocity.isApprox(
+          velocity_sum / count, 1e-12));
+      EXPECT_TRUE(state_.output.filter_means.motion_force.isApprox(
+          motion_sum / count, 1e-12));
+      EXPECT_TRUE(state_.output.filter_means.contact_force.isApprox(
+          contact_sum / count, 1e-12));
+      EXPECT_GE(count, 66);
+      EXPECT_LE(count, 67);
+      force_sum.setZero();
+      velocity_sum.setZero();
+      motion_sum.setZero();
+      contact_sum.setZero();
+      count = 0;
+    }
+    const RobotSideInput input = Input(i);
+    dut_.Update(time, input, &state_);
+    force_sum += input.sensed_wrench.head<3>();
+    velocity_sum += input.v.head<3>();
+    motion_sum += state_.output.controller.motion_force;
+    contact_sum += state_.output.controller.contact_force;
+    ++count;
+  }
+  EXPECT_EQ(windows, 14);
+}
+
+// 0.3 / 0.1 is below 3 in floating point: the tolerance makes it the third
+// window, for every multiple.
+TEST_F(RobotSideTest, MeansStartAnewAtMultiplesInSpiteOfRounding) {
+  RobotSideParams params;
+  params.filter_period = 0.1;
+  const RobotSide dut(params);
+  RobotSideState state = dut.MakeState();
+  for (int i = 0; i <= 2000; ++i) {
+    dut.Update(i * 0.001, Input(i), &state);
+    EXPECT_EQ(state.filter_samples, i % 100 + 1) << i;
+  }
+}
+
+TEST_F(RobotSideTest, RefusedCyclesAddNothingToTheMeans) {
+  dut_.Update(0, Input(0), &state_);
+  const FilterMeans before = state_.output.filter_means;
+  RobotSideInput bad = Input(1);
+  bad.sensed_wrench(2) = std::numeric_limits<double>::quiet_NaN();
+  dut_.Update(0.001, bad, &state_);
+  EXPECT_EQ(state_.output.bad_inputs, 1);
+  EXPECT_EQ(state_.filter_samples, 1);
+  EXPECT_EQ(state_.output.filter_means.sensed_force, before.sensed_force);
+  EXPECT_TRUE(state_.output.controller.torque.allFinite());
+  dut_.Update(0.002, Input(2), &state_);
+  EXPECT_EQ(state_.filter_samples, 2);
+}
+
+TEST_F(RobotSideTest, LayoutNamesWhatIsWritten) {
+  for (int i = 0; i < 50; ++i) dut_.Update(0.001 * i, Input(i), &state_);
+  VectorXd vector = VectorXd::Constant(
+      RobotSide::OutputSize(), std::numeric_limits<double>::quiet_NaN());
+  RobotSide::WriteVector(state_.output, vector);
+  EXPECT_TRUE(vector.allFinite());
+  std::set<std::string> names;
+  int expected_start = 0;
+  for (const SignalSlice& signal : RobotSide::OutputLayout()) {
+    EXPECT_EQ(signal.start, expected_start) << signal.name;
+    expected_start += signal.size;
+    EXPECT_TRUE(names.insert(signal.name).second) << signal.name;
+    if (signal.name == "torque") {
+      EXPECT_EQ(vector.segment<7>(signal.start),
+                state_.output.controller.torque);
+    }
+    if (signal.name == "mean_contact_force") {
+      EXPECT_EQ(vector.segment<3>(signal.start),
+                state_.output.filter_means.contact_force);
+    }
+  }
+  EXPECT_EQ(expected_start, vector.size());
+  for (const char* name : {"robot_position",
+                           "robot_velocity",
+                           "robot_orientation",
+                           "robot_proxy_position",
+                           "robot_proxy_orientation",
+                           "motion_error",
+                           "reference_force",
+                           "sensed_force",
+                           "sensed_moment",
+                           "motion_force",
+                           "force_space_force",
+                           "force_selection",
+                           "joint_position",
+                           "joint_velocity",
+                           "torque",
+                           "observed_energy",
+                           "injected_damping",
+                           "robot_link_status",
+                           "robot_link_age",
+                           "robot_link_dropped"}) {
+    EXPECT_EQ(names.count(name), 1u) << name;
+  }
+}
+
+TEST_F(RobotSideTest, CopyContinuesAlikeWithoutAllocation) {
+  for (int i = 0; i < 99; ++i) dut_.Update(0.001 * i, Input(i), &state_);
+  RobotSideState copy = state_;
+  VectorXd vector(RobotSide::OutputSize());
+  RandomStream at_fork = random_;
+  {
+    ScopedNoAlloc guard;
+    for (int i = 99; i < 300; ++i) {
+      dut_.Update(0.001 * i, Input(i), &state_);
+      RobotSide::WriteVector(state_.output, vector);
+    }
+    EXPECT_EQ(guard.count(), 0);
+  }
+  random_ = at_fork;
+  for (int i = 99; i < 300; ++i) dut_.Update(0.001 * i, Input(i), &copy);
+  EXPECT_EQ(copy.output.controller.torque, state_.output.controller.torque);
+}
+
+TEST_F(RobotSideTest, ParamsAreCheckedTogether) {
+  RobotSideParams params;
+  params.controller.period = 0.002;
+  EXPECT_EQ(ValidationError(params),
+            "RobotSideParams: field `controller.period` expected the proxy's "
+            "period, got 0.002");
+  params = {};
+  params.sender.period = 0.002;
+  EXPECT_THROW(RobotSide{params}, std::invalid_argument);
+  params = {};
+  params.filter_period = 0.0001;
+  EXPECT_EQ(ValidationError(params),
+            "RobotSideParams: field `filter_period` expected at least the "
+            "control period, got 0.0001");
+  params = {};
+  params.filter_period = 0;
+  EXPECT_THROW(RobotSide{params}, std::invalid_argument);
+  params = {};
+  params.controller.max_mass = 0;
+  EXPECT_NE(ValidationError(params).find("`max_mass`"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace dual_proxy
