@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <optional>
+
 #include "dual_proxy/perception/force_space_particle_filter.h"
 #include "params.h"
 
@@ -70,24 +72,45 @@ const char* Update(const Algorithm& algorithm, const py::object& sensed_force,
       state));
 }
 
-void SetPrior(const Algorithm& algorithm, const py::object& normals,
-              State* state) {
-  const char* expected = "(3, k) with k <= 8";
-  const auto array = AsArray(normals, "normals", expected);
+/** As a matrix; empty if it is not of shape (3, k) with k <= kMaxPriors. */
+std::optional<Eigen::Matrix3Xd> PriorFromArray(
+    const py::array_t<double, py::array::forcecast>& array) {
   if (array.ndim() != 2 || array.shape(0) != 3 ||
       array.shape(1) > Algorithm::kMaxPriors) {
-    ThrowShape("normals", expected, array);
+    return std::nullopt;
   }
   Eigen::Matrix3Xd matrix(3, array.shape(1));
   const auto view = array.unchecked<2>();
   for (py::ssize_t i = 0; i < 3; ++i) {
     for (py::ssize_t j = 0; j < array.shape(1); ++j) matrix(i, j) = view(i, j);
   }
-  if (algorithm.SetPrior(matrix, state) != FilterStatus::kOk) {
+  return matrix;
+}
+
+void SetPrior(const Algorithm& algorithm, const py::object& normals,
+              State* state) {
+  const char* expected = "(3, k) with k <= 8";
+  const auto array = AsArray(normals, "normals", expected);
+  const auto matrix = PriorFromArray(array);
+  if (!matrix) ThrowShape("normals", expected, array);
+  if (algorithm.SetPrior(*matrix, state) != FilterStatus::kOk) {
     throw py::value_error(
         "normals: expected finite vectors longer than epsilon, got " +
         py::repr(array).cast<std::string>());
   }
+}
+
+const char* OfferPrior(const Algorithm& algorithm, const py::object& normals,
+                       State* state) {
+  const auto array =
+      py::array_t<double, py::array::forcecast>::ensure(normals);
+  if (!array) PyErr_Clear();
+  const auto matrix = array ? PriorFromArray(array) : std::nullopt;
+  if (!matrix) {
+    ++state->bad_inputs;
+    return EnumToString(FilterStatus::kBadInput);
+  }
+  return EnumToString(algorithm.SetPrior(*matrix, state));
 }
 
 /** What the filter found, for the state and for the filter alike. */
@@ -197,7 +220,12 @@ void BindPerception(py::module_& m) {
           py::arg("sensed_force"), py::arg("velocity"), py::arg("motion_force"),
           py::arg("contact_force"), py::arg("state").none(false), kUpdateDoc)
       .def("set_prior", &SetPrior, py::arg("normals"),
-           py::arg("state").none(false), kPriorDoc);
+           py::arg("state").none(false), kPriorDoc)
+      .def("offer_prior", &OfferPrior, py::arg("normals"),
+           py::arg("state").none(false),
+           "As set_prior, but never raises: normals that it would refuse "
+           "change nothing, are\ncounted in `state.bad_inputs`, and give "
+           "\"bad_input\" instead of \"ok\".");
 
   py::class_<Filter> filter(
       m, "ForceSpaceParticleFilter",

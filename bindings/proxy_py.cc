@@ -189,13 +189,17 @@ void BindLimiters(py::module_& m) {
       .def(
           "update",
           [](const TrajectoryLimiter& self, const py::object& position,
-             const py::object& rotation, S& state) {
+             const py::object& rotation, S& state, const py::object& velocity) {
             self.Update(
                 {Vec3(position, "position"), Mat3(rotation, "rotation")},
+                AsFixed<Eigen::Matrix<double, 6, 1>>(velocity, "velocity"),
                 &state);
           },
           py::arg("position"), py::arg("rotation"), py::arg("state"),
-          "Advances by one period towards a target: (3,), m, and (3, 3), in B.")
+          py::arg("velocity") = py::make_tuple(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+          "Advances by one period towards a target: (3,), m, and (3, 3), in B, "
+          "which moves with\n`velocity`, (6,) [linear; angular], m/s, rad/s."
+          )
       .def(
           "stop",
           [](const TrajectoryLimiter& self, S& state) { self.Stop(&state); },
@@ -251,6 +255,10 @@ void BindVirtualSpring(py::module_& m) {
 }
 
 void BindRobotSideProxy(py::module_& m) {
+  BindParams<PoseInterpolatorParams>(m, "PoseInterpolatorParams",
+                                     "Parameters of PoseInterpolator.")
+      .Field("max_interval", &PoseInterpolatorParams::max_interval,
+             "s, > 0, default 0.25: poses sent further apart are not joined");
   using P = RobotSideProxyParams;
   BindParams<P>(m, "RobotSideProxyParams",
                 "Parameters of the robot side of the dual proxy.")
@@ -260,6 +268,11 @@ void BindRobotSideProxy(py::module_& m) {
       .Field("limiter", &P::limiter,
              "TrajectoryLimiterParams: how fast; its period is `period`")
       .Field("link", &P::link, "LinkMonitorParams")
+      .Field("interpolate", &P::interpolate,
+             "true: the device's poses are joined to a motion with continuous "
+             "velocity, one message interval behind; false: the target is the "
+             "newest pose")
+      .Field("interpolator", &P::interpolator, "PoseInterpolatorParams")
       .Field("stiffness", &P::stiffness, "k_vir_r, N/m, >= 0, default 500")
       .Field("rotational_stiffness", &P::rotational_stiffness,
              "N m/rad, >= 0, default 10")

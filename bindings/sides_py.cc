@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/common/window_mean.h"
 #include "dual_proxy/sides/haptic_side.h"
 #include "dual_proxy/sides/robot_side.h"
 #include "params.h"
@@ -33,6 +34,30 @@ constexpr const char* kAsVectorDoc =
 constexpr const char* kLayoutDoc =
     "{signal: slice} of `output.as_vector()`, in its order. A 3x3 matrix is "
     "row-major, a rotation a quaternion w, x, y, z.";
+
+void BindWindowMean(py::module_& m) {
+  using S = WindowMeanState<3>;
+  BindState<S>(m, "WindowMeanState", "Memory of WindowMean, and its result.")
+      .def_readonly("mean", &S::mean, kCopy, "(3,), zero before any sample")
+      .def_readonly("samples", &S::samples, "in the current window so far")
+      .def_readonly("bad_inputs", &S::bad_inputs, "samples refused");
+
+  using M = WindowMean<3>;
+  py::class_<M>(m, "WindowMean",
+                "Mean of a 3-vector over the current window [k T, (k + 1) T): "
+                "what a process that\nruns every T takes.")
+      .def(py::init<double>(), py::arg("window"), "window: T, s, > 0.")
+      .def_property_readonly("window", &M::window, "s")
+      .def("make_state", &M::MakeState)
+      .def(
+          "update",
+          [](const M& self, double time, const py::object& value, S& state) {
+            self.Update(time, Vec3(value, "value"), &state);
+          },
+          py::arg("time"), py::arg("value"), py::arg("state"),
+          "Takes a sample, (3,); the mean with it is in `state.mean`. One that "
+          "is not finite is\nrefused and counted.");
+}
 
 void BindRobotSide(py::module_& m) {
   using P = RobotSideParams;
@@ -109,6 +134,15 @@ void BindRobotSide(py::module_& m) {
       .def_property_readonly("params", &RobotSide::params,
                              py::return_value_policy::copy)
       .def("make_state", &RobotSide::MakeState)
+      .def_static(
+          "calc_twist",
+          [](const py::object& jacobian, const py::object& v) {
+            return RobotSide::CalcTwist(AsFixed<Matrix67>(jacobian, "jacobian"),
+                                        AsFixed<Vector7>(v, "v"));
+          },
+          py::arg("jacobian"), py::arg("v"),
+          "Twist of the tool point, (6,) [linear; angular], with the very bits "
+          "that `update` uses.")
       .def_static(
           "output_layout", [] { return LayoutDict(RobotSide::OutputLayout()); },
           kLayoutDoc)
@@ -234,6 +268,7 @@ void BindHapticSide(py::module_& m) {
 }  // namespace
 
 void BindSides(py::module_& m) {
+  BindWindowMean(m);
   BindRobotSide(m);
   BindHapticSide(m);
 }

@@ -233,16 +233,15 @@ def write_mcap(frame: pd.DataFrame, path: str | Path) -> None:
         pattern = "%d" if entry.integer else "%.9g"
         template = "{" + ",".join(f'"{key}":{pattern}' for key in keys) + "}"
         rows = signal(frame, name).reshape(len(frame), len(keys))
-        texts = [template % tuple(row) for row in rows.tolist()]
+        texts = [template % tuple(values) for values in rows.tolist()]
         for index in np.flatnonzero(~np.isfinite(rows).all(axis=1)):
             numbers = [x if np.isfinite(x) else None for x in rows[index].tolist()]
             texts[index] = json.dumps(dict(zip(keys, numbers, strict=True)))
         channels.append((channel_id, texts))
-    for index, stamp in enumerate(stamps):
+    for row, stamp in enumerate(stamps):
         for channel_id, texts in channels:
-            writer.add_message(
-                channel_id, stamp, texts[index].encode(), stamp, sequence=index
-            )
+            data = texts[row].encode()
+            writer.add_message(channel_id, stamp, data, stamp, sequence=row)
     writer.finish()  # type: ignore[no-untyped-call]
     replace_file(path, buffer.getvalue())
 

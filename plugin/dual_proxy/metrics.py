@@ -21,8 +21,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from dual_proxy.log import signal
 from numpy.typing import NDArray
+
+from dual_proxy.log import signal
 
 if TYPE_CHECKING:
     from dual_proxy.scenario import Scenario

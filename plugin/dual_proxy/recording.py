@@ -17,8 +17,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from dual_proxy.settings import ScenarioError
 from numpy.typing import NDArray
+
+from dual_proxy.settings import ScenarioError
 
 __all__ = ["Recording", "read_recording", "recorded_path"]
 

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from dual_proxy.log import replace_file, signal
-from dual_proxy.metrics import METRICS, device_in_robot_frame, normal_error_deg
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+
+from dual_proxy.log import replace_file, signal
+from dual_proxy.metrics import METRICS, device_in_robot_frame, normal_error_deg
 
 if TYPE_CHECKING:
     from dual_proxy.scenario import Scenario

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+
 from dual_proxy.log import replace_file, save_log, write_mcap
 from dual_proxy.metrics import compute_metrics
 from dual_proxy.report import write_report

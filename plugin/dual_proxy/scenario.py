@@ -29,6 +29,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
+from numpy.typing import NDArray
+
 from dual_proxy._core import (
     CommunicationChannelParams,
     ForceSpaceParticleFilterParams,
@@ -58,7 +60,6 @@ from dual_proxy.settings import (
     set_value,
     to_mapping,
 )
-from numpy.typing import NDArray
 
 __all__ = [
     "LAWS",
@@ -90,6 +91,7 @@ _PRESETS: dict[tuple[str, str], dict[str, Any]] = {
     },
     ("law", "printed"): {
         "robot_proxy.handover": "printed",
+        "robot_proxy.interpolate": False,
         "robot_proxy.max_motion_error": 0.0,
         "controller.unit_mass_motion_force": False,
         "controller.feed_forward": False,

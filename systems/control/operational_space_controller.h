@@ -95,7 +95,7 @@ struct ModelTerms {
 
 /** Operational-space quantities of one configuration. */
 struct OperationalSpaceInertia {
-  Matrix6 Lambda{Matrix6::Zero()};  ///< (J A^-1 J^T)^-1, bounded; kg, kg m, kg m^2.
+  Matrix6 Lambda{Matrix6::Zero()};  ///< Eq. (11), bounded; kg, kg m, kg m^2.
   bool valid{false};                ///< False: A is not positive definite.
   bool singular{false};             ///< The bound acted.
 };

@@ -41,6 +41,7 @@ void RobotSideProxyParams::Validate() const {
   workspace.Validate();
   limiter.Validate();
   link.Validate();
+  interpolator.Validate();
   ThrowUnlessNonNegative(who, "stiffness", stiffness);
   ThrowUnlessNonNegative(who, "rotational_stiffness", rotational_stiffness);
   ThrowUnlessNonNegative(who, "max_force", max_force);
@@ -59,16 +60,24 @@ RobotSideProxy::RobotSideProxy(RobotSideProxyParams params)
     : params_(Validated(params)),
       map_(params_.map),
       workspace_(params_.workspace),
+      interpolator_(params_.interpolator),
       limiter_(params_.limiter),
       monitor_(params_.link),
       force_spring_(ForceSpring(params_)),
       moment_spring_(MomentSpring(params_)) {}
 
-void RobotSideProxy::MoveProxy(bool follow,
+void RobotSideProxy::MoveProxy(double time, bool follow,
                                RobotSideProxyState* state) const noexcept {
   const Pose last = state->output.proxy_pose;
   if (follow) {
-    limiter_.Update(state->target, &state->limiter);
+    MovingPose target = params_.interpolate
+                            ? interpolator_.Calc(time, state->interpolator)
+                            : MovingPose{.pose = state->interpolator.to.pose};
+    if (!workspace_.Contains(target.pose.p)) {
+      target.pose.p = workspace_.Clamp(target.pose.p);
+      target.velocity.head<3>().setZero();
+    }
+    limiter_.Update(target.pose, target.velocity, &state->limiter);
   } else {
     limiter_.Stop(&state->limiter);
   }
@@ -89,14 +98,32 @@ void RobotSideProxy::MoveProxy(bool follow,
   }
 }
 
+void RobotSideProxy::Release(const Pose& X_BE, const Eigen::Matrix3d& Omega_f,
+                             const Eigen::Matrix3d& Omega_tau,
+                             RobotSideProxyState* state) const noexcept {
+  Pose& proxy = state->limiter.pose;
+  const Eigen::Matrix3d& last_f = state->force.selection;
+  if (Omega_f != last_f) {
+    const Eigen::Vector3d way = last_f * (X_BE.p - proxy.p);
+    proxy.p += way - Omega_f * way;
+  }
+  const Eigen::Matrix3d& last_tau = state->moment.selection;
+  if (Omega_tau != last_tau) {
+    const Eigen::Vector3d way =
+        last_tau * LogRotation(X_BE.R * proxy.R.transpose());
+    proxy.R = ExpRotation(way - Omega_tau * way) * proxy.R;
+  }
+  state->output.proxy_pose = proxy;
+}
+
 void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
                             RobotSideProxyState* state) const noexcept {
   const PoseMessage& message = input.message;
   const bool fresh = monitor_.Update(time, message.sequence, message.send_time,
                                      IsValid(message), &state->link);
   if (fresh) {
-    state->target = map_.RobotProxy(message.pose.p, message.pose.R);
-    state->target.p = workspace_.Clamp(state->target.p);
+    interpolator_.Add(time, map_.RobotProxy(message.pose.p, message.pose.R),
+                      message.send_time, &state->interpolator);
   }
 
   const bool pose_valid = IsValidPose(input.X_BE);
@@ -120,7 +147,13 @@ void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
   }
 
   const bool active = valid && state->link.status == LinkStatus::kConnected;
-  MoveProxy(active, state);
+  MoveProxy(time, active, state);
+
+  const Eigen::Matrix3d Omega_f =
+      selections_valid ? input.force_selection : state->force.selection;
+  const Eigen::Matrix3d Omega_tau =
+      selections_valid ? input.moment_selection : state->moment.selection;
+  if (valid && !active) Release(input.X_BE, Omega_f, Omega_tau, state);
 
   Eigen::Vector3d dx = Eigen::Vector3d::Zero();
   Eigen::Vector3d dphi = Eigen::Vector3d::Zero();
@@ -128,10 +161,6 @@ void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
     dx = input.X_BE.p - output.proxy_pose.p;
     dphi = LogRotation(input.X_BE.R * output.proxy_pose.R.transpose());
   }
-  const Eigen::Matrix3d Omega_f =
-      selections_valid ? input.force_selection : state->force.selection;
-  const Eigen::Matrix3d Omega_tau =
-      selections_valid ? input.moment_selection : state->moment.selection;
 
   force_spring_.Update(dx, Omega_f,
                        input.has_sensed ? &input.sensed_force : nullptr, active,

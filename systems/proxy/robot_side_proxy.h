@@ -8,6 +8,7 @@
 #include "dual_proxy/common/pose.h"
 #include "dual_proxy/link/link_monitor.h"
 #include "dual_proxy/link/message.h"
+#include "dual_proxy/proxy/pose_interpolator.h"
 #include "dual_proxy/proxy/trajectory_limiter.h"
 #include "dual_proxy/proxy/virtual_spring.h"
 #include "dual_proxy/proxy/workspace_limits.h"
@@ -21,6 +22,11 @@ struct RobotSideProxyParams {
   WorkspaceLimitsParams workspace;  ///< Where the robot proxy may go.
   TrajectoryLimiterParams limiter;  ///< How fast; its period is `period`.
   LinkMonitorParams link;
+  /// True: the device's poses are joined to a motion with continuous velocity
+  /// (PoseInterpolator), one message interval behind. False: the target is the
+  /// newest pose, a staircase.
+  bool interpolate{true};
+  PoseInterpolatorParams interpolator;
   double stiffness{500.0};            ///< k_vir_r, N/m, >= 0.
   double rotational_stiffness{10.0};  ///< N m/rad, >= 0.
   double max_force{20.0};             ///< Bound on |F_r|, N, >= 0.
@@ -74,7 +80,7 @@ struct RobotSideProxyOutput {
 /** Memory of the robot side; `output` holds the last tick's outputs. */
 struct RobotSideProxyState {
   bool initialized{false};  ///< True once a robot pose has been seen.
-  Pose target;              ///< Mapped and clamped newest device pose, in B.
+  PoseInterpolatorState interpolator;  ///< Of the mapped device poses, in B.
   LinkMonitorState link;
   TrajectoryLimiterState limiter;
   VirtualSpringState force;
@@ -88,8 +94,8 @@ the robot's controller is to do, eq. (4), spec section 3.
 
     dx_m = Ω_m (x_r - x_pr)        F_r = -k_vir_r Ω_f (x_r - x_pr)
 
-and alike for rotation. x_pr is the mapped device pose, clamped to the workspace
-and taken there by the TrajectoryLimiter; F_r comes from a VirtualSpring, so it
+and alike for rotation. x_pr is the mapped device pose, interpolated between
+messages, clamped to the workspace and taken there by the TrajectoryLimiter; F_r comes from a VirtualSpring, so it
 never steps but for the documented hand-over. dx_m is shortened to
 max_motion_error.
 
@@ -98,7 +104,9 @@ The link:
   robot holds its place. F_r is zero. Status kWaiting.
 - When the link is lost the proxy brakes to rest within the acceleration limit
   and stays; dx_m keeps pulling the robot there; F_r fades to zero at the rate
-  limit, and no hand-over takes place. Status kLost.
+  limit, and no hand-over takes place. Where the force space then loses a
+  direction, the proxy, which lies F_r / k_vir_r inside the surface, is taken
+  out to the robot along it: dx_m does not press again. Status kLost.
 - When messages come, for the first time or again, the proxy goes to them
   through the limiter, and F_r follows at its rate limit: no jump.
 
@@ -125,11 +133,16 @@ class RobotSideProxy {
               RobotSideProxyState* state) const noexcept;
 
  private:
-  void MoveProxy(bool follow, RobotSideProxyState* state) const noexcept;
+  void MoveProxy(double time, bool follow,
+                 RobotSideProxyState* state) const noexcept;
+  void Release(const Pose& X_BE, const Eigen::Matrix3d& Omega_f,
+               const Eigen::Matrix3d& Omega_tau,
+               RobotSideProxyState* state) const noexcept;
 
   RobotSideProxyParams params_;
   WorkspaceMap map_;
   WorkspaceLimits workspace_;
+  PoseInterpolator interpolator_;
   TrajectoryLimiter limiter_;
   LinkMonitor monitor_;
   VirtualSpring force_spring_;

@@ -15,6 +15,10 @@
 namespace dual_proxy {
 namespace {
 
+// Share of the velocity limit that a target may move at and still be caught up
+// with.
+constexpr double kTargetVelocity = 0.99;
+
 struct Limits {
   double velocity;
   double acceleration;
@@ -26,7 +30,7 @@ struct Step {
   Eigen::Vector3d displacement;
   Eigen::Vector3d velocity;
   Eigen::Vector3d acceleration;
-  bool arrived;  // The displacement is the whole way, and the velocity is 0.
+  bool arrived;  // Where the target is after the tick, with its velocity.
 };
 
 Step Brake(const Eigen::Vector3d& velocity, const Limits& limits) noexcept {
@@ -45,8 +49,14 @@ Step Brake(const Eigen::Vector3d& velocity, const Limits& limits) noexcept {
   return step;
 }
 
-Step Approach(const Eigen::Vector3d& way, const Eigen::Vector3d& velocity,
-              const Limits& limits) noexcept {
+Step Approach(const Eigen::Vector3d& way,
+              const Eigen::Vector3d& target_velocity,
+              const Eigen::Vector3d& velocity, const Limits& limits) noexcept {
+  // Seen from the target, which moves on: a point that is a hair ahead of it at
+  // its velocity is almost there, and need not turn round.
+  const double fastest = kTargetVelocity * limits.velocity;
+  const Eigen::Vector3d v_target =
+      target_velocity.cwiseMax(-fastest).cwiseMin(fastest);
   // Within this distance a trajectory at full speed shows whether the next tick
   // is to accelerate, to cruise or to brake.
   const double sight = 2.0 * limits.velocity *
@@ -54,14 +64,16 @@ Step Approach(const Eigen::Vector3d& way, const Eigen::Vector3d& velocity,
 
   ruckig::InputParameter<3> input;
   input.synchronization = ruckig::Synchronization::None;
+  input.min_velocity.emplace();
   for (int i = 0; i < 3; ++i) {
     input.current_position[i] = 0.0;
-    input.current_velocity[i] = velocity(i);
+    input.current_velocity[i] = velocity(i) - v_target(i);
     input.current_acceleration[i] = 0.0;
     input.target_position[i] = std::clamp(way(i), -sight, sight);
     input.target_velocity[i] = 0.0;
     input.target_acceleration[i] = 0.0;
-    input.max_velocity[i] = limits.velocity;
+    input.max_velocity[i] = limits.velocity - v_target(i);
+    (*input.min_velocity)[i] = -limits.velocity - v_target(i);
     input.max_acceleration[i] = limits.acceleration;
     input.max_jerk[i] = std::numeric_limits<double>::infinity();
   }
@@ -73,13 +85,17 @@ Step Approach(const Eigen::Vector3d& way, const Eigen::Vector3d& velocity,
   std::array<double, 3> p{}, v{}, a{};
   trajectory.at_time(limits.period, p, v, a);
   Step step;
-  step.displacement = Eigen::Map<const Eigen::Vector3d>(p.data());
+  step.displacement =
+      Eigen::Map<const Eigen::Vector3d>(p.data()) + limits.period * v_target;
   // Rounding must not leave an axis a shade over its limit.
-  step.velocity = Eigen::Map<const Eigen::Vector3d>(v.data())
+  step.velocity = (Eigen::Map<const Eigen::Vector3d>(v.data()) + v_target)
                       .cwiseMin(limits.velocity)
                       .cwiseMax(-limits.velocity);
   step.arrived = trajectory.get_duration() <= limits.period;
-  if (step.arrived) step.velocity.setZero();
+  if (step.arrived) {
+    step.displacement = way + limits.period * v_target;
+    step.velocity = v_target;
+  }
   step.acceleration = (step.velocity - velocity) / limits.period;
   return step;
 }
@@ -119,28 +135,35 @@ TrajectoryLimiterState TrajectoryLimiter::MakeState(const Pose& pose) const {
 
 void TrajectoryLimiter::Update(const Pose& target,
                                TrajectoryLimiterState* state) const noexcept {
+  Update(target, Eigen::Matrix<double, 6, 1>::Zero(), state);
+}
+
+void TrajectoryLimiter::Update(
+    const Pose& target, const Eigen::Matrix<double, 6, 1>& target_velocity,
+    TrajectoryLimiterState* state) const noexcept {
   const Eigen::Vector3d way = target.p - state->pose.p;
-  if (!IsValidPose(target) || !way.allFinite()) {
+  if (!IsValidPose(target) || !way.allFinite() ||
+      !target_velocity.allFinite()) {
     ++state->bad_inputs;
     Stop(state);
     return;
   }
   const Step linear = Approach(
-      way, state->v,
+      way, target_velocity.head<3>(), state->v,
       {params_.max_velocity, params_.max_acceleration, params_.period});
-  if (linear.arrived) {
-    state->pose.p = target.p;
-  } else {
-    state->pose.p += linear.displacement;
-  }
+  // Rounding in `way` must not keep it from a target at rest.
+  state->pose.p = linear.arrived && linear.velocity.isZero(0.0)
+                      ? target.p
+                      : Eigen::Vector3d(state->pose.p + linear.displacement);
   state->v = linear.velocity;
   state->a = linear.acceleration;
 
   const Step angular =
-      Approach(LogRotation(target.R * state->pose.R.transpose()), state->w,
+      Approach(LogRotation(target.R * state->pose.R.transpose()),
+               target_velocity.tail<3>(), state->w,
                {params_.max_angular_velocity, params_.max_angular_acceleration,
                 params_.period});
-  if (angular.arrived) {
+  if (angular.arrived && angular.velocity.isZero(0.0)) {
     state->pose.R = target.R;
   } else {
     Turn(angular.displacement, &state->pose.R);

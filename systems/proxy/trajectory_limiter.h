@@ -40,9 +40,10 @@ struct TrajectoryLimiterState {
 every tick, within limits of velocity and acceleration (spec section 3, point
 1).
 
-Every axis of the position takes the time-optimal way to rest at the target's
-coordinate, on its own (Ruckig, without a jerk limit and without
-synchronisation), so it stays between where it is and where it can stop. The
+Every axis of the position takes the time-optimal way to the target's coordinate
+and velocity, on its own (Ruckig, without a jerk limit and without
+synchronisation). A target that moves within the limits is met and then followed
+with its own velocity and acceleration. The
 rotation does the same with the rotation vector that leads from the current
 orientation to the target's, in B. Only the next tick of a trajectory is ever
 used; so targets that are out of its sight are taken nearer, which changes
@@ -59,7 +60,15 @@ class TrajectoryLimiter {
 
   /** Advances by one period towards the target. One that is not a valid pose is
   refused and counted, and the motion stops as by Stop().
+  @param target where the target is now.
+  @param target_velocity [linear m/s; angular rad/s] of the target; cut off at
+      99 % of the limits, so that it can be caught up with.
   No heap, no throw; about 2 us. */
+  void Update(const Pose& target,
+              const Eigen::Matrix<double, 6, 1>& target_velocity,
+              TrajectoryLimiterState* state) const noexcept;
+
+  /** The same with a target at rest. */
   void Update(const Pose& target, TrajectoryLimiterState* state) const noexcept;
 
   /** Advances by one period, braking every axis to rest at the acceleration

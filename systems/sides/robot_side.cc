@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/sides/robot_side.h"
 
-#include <cmath>
-
 #include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
@@ -84,6 +82,7 @@ RobotSide::RobotSide(RobotSideParams params)
     : params_((params.Validate(), params)),
       proxy_(params.proxy),
       controller_(params.controller),
+      filter_means_(params.filter_period),
       pose_sender_(params.sender),
       force_sender_(params.sender) {}
 
@@ -91,16 +90,21 @@ RobotSideState RobotSide::MakeState() const {
   RobotSideState state;
   state.proxy = proxy_.MakeState();
   state.controller = controller_.MakeState();
+  state.filter_means = filter_means_.MakeState();
   state.pose_sender = pose_sender_.MakeState();
   state.force_sender = force_sender_.MakeState();
   return state;
+}
+
+Vector6 RobotSide::CalcTwist(const Matrix67& J_BE, const Vector7& v) noexcept {
+  return J_BE * v;
 }
 
 void RobotSide::Update(double time, const RobotSideInput& input,
                        RobotSideState* state) const noexcept {
   RobotSideOutput& output = state->output;
   output.X_BE = input.X_BE;
-  output.v_BE = input.model.J_BE * input.v;
+  output.v_BE = CalcTwist(input.model.J_BE, input.v);
   output.q = input.q;
   output.v = input.v;
   output.force_selection = input.force_selection;
@@ -128,38 +132,23 @@ void RobotSide::Update(double time, const RobotSideInput& input,
   const bool valid = state->controller.bad_inputs == output.bad_inputs;
   output.bad_inputs = state->controller.bad_inputs;
 
-  UpdateMeans(time, valid, state);
+  if (valid) {
+    Eigen::Matrix<double, 12, 1> sample;
+    sample << output.sensed_wrench.head<3>(), output.v_BE.head<3>(),
+        output.controller.motion_force, output.controller.contact_force;
+    filter_means_.Update(time, sample, &state->filter_means);
+    const Eigen::Matrix<double, 12, 1>& mean = state->filter_means.mean;
+    output.filter_means = {.sensed_force = mean.segment<3>(0),
+                           .velocity = mean.segment<3>(3),
+                           .motion_force = mean.segment<3>(6),
+                           .contact_force = mean.segment<3>(9)};
+  }
 
   output.message =
       pose_sender_.Update(time, input.X_BE, input.force_selection,
                           input.moment_selection, &state->pose_sender);
   output.force_message = force_sender_.Update(
       time, input.sensed_wrench.head<3>(), &state->force_sender);
-}
-
-void RobotSide::UpdateMeans(double time, bool valid,
-                            RobotSideState* state) const noexcept {
-  constexpr double kTolerance = 1e-9;
-  if (!std::isfinite(time)) return;
-  const auto window = static_cast<std::int64_t>(
-      std::floor(time / params_.filter_period + kTolerance));
-  FilterMeans& sum = state->filter_sum;
-  if (window != state->filter_window) {
-    state->filter_window = window;
-    state->filter_samples = 0;
-    sum = {};
-  }
-  if (!valid) return;
-  RobotSideOutput& output = state->output;
-  sum.sensed_force += output.sensed_wrench.head<3>();
-  sum.velocity += output.v_BE.head<3>();
-  sum.motion_force += output.controller.motion_force;
-  sum.contact_force += output.controller.contact_force;
-  const auto count = static_cast<double>(++state->filter_samples);
-  output.filter_means = {.sensed_force = sum.sensed_force / count,
-                         .velocity = sum.velocity / count,
-                         .motion_force = sum.motion_force / count,
-                         .contact_force = sum.contact_force / count};
 }
 
 const std::vector<SignalSlice>& RobotSide::OutputLayout() {

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "dual_proxy/common/pose.h"
+#include "dual_proxy/common/window_mean.h"
 #include "dual_proxy/control/operational_space_controller.h"
 #include "dual_proxy/link/message.h"
 #include "dual_proxy/link/pose_sender.h"
@@ -76,22 +77,18 @@ struct RobotSideState {
   OperationalSpaceControllerState controller;
   PoseSenderState pose_sender;
   ForceSenderState force_sender;
-  FilterMeans filter_sum;          ///< Over the samples of this window.
-  std::int64_t filter_window{-1};  ///< floor(time / filter_period).
-  std::int64_t filter_samples{0};  ///< Samples in filter_sum.
-  RobotSideOutput output;          ///< Of the last cycle.
+  /** Of sensed force, velocity, motion force, contact force. */
+  WindowMeanState<12> filter_means;
+  RobotSideOutput output;  ///< Of the last cycle.
 };
 
 /** All of the robot side's work in one control cycle: proxy, controller, means
-for the filter, senders, in this order. It owns no logic but the order and the
-means; each part is documented where it is.
+for the filter, senders, in this order. It owns no logic but the order; each
+part is documented where it is.
 
-The means are those since the filter's last update: they start anew with the
-first cycle at or after each multiple of filter_period (to 1e-9 of a period),
-before that cycle's sample is added. So a filter that updates at a multiple of
-filter_period and looks at the output of the cycle before it sees exactly one
-full window. A cycle that the controller refused adds nothing; a window without
-a sample keeps the means of the one before.
+The means are a WindowMean over filter_period: a filter that updates at a
+multiple of filter_period and looks at the output of the cycle before it sees
+exactly one full window. A cycle that the controller refused adds nothing.
 
 Update() neither allocates nor throws; about 2 us. */
 class RobotSide {
@@ -102,6 +99,10 @@ class RobotSide {
   const RobotSideParams& params() const { return params_; }
 
   RobotSideState MakeState() const;
+
+  /** Twist of E in B, [linear; angular], m/s, rad/s: J_BE v. One function, so
+  that whoever needs it gets the same bits. */
+  static Vector6 CalcTwist(const Matrix67& J_BE, const Vector7& v) noexcept;
 
   /** Advances by one period; results are in state->output.
   @param time s, not decreasing: the clock by which messages are stamped. */
@@ -120,12 +121,10 @@ class RobotSide {
                           Eigen::Ref<Eigen::VectorXd> vector);
 
  private:
-  void UpdateMeans(double time, bool valid,
-                   RobotSideState* state) const noexcept;
-
   RobotSideParams params_;
   RobotSideProxy proxy_;
   OperationalSpaceController controller_;
+  WindowMean<12> filter_means_;
   PoseSender pose_sender_;
   ForceSender force_sender_;
 };

@@ -247,9 +247,7 @@ def test_wrong_files_are_refused_in_one_line(tmp_path, text, message):
 
 
 def test_unknown_scenarios_are_answered_with_the_known_ones(tmp_path):
-    with pytest.raises(
-        ScenarioError, match=r"unknown scenario 'plan', avail.*: .*pl"
-    ):
+    with pytest.raises(ScenarioError, match=r"unknown scenario 'plan', avail.*: .*pl"):
         load_scenario("plan")
     with pytest.raises(ScenarioError, match=r"none\.yaml: No such file"):
         load_scenario(tmp_path / "none.yaml")

@@ -149,7 +149,7 @@ TEST_F(RobotSideTest, MeansStartAnewAtMultiplesInSpiteOfRounding) {
   RobotSideState state = dut.MakeState();
   for (int i = 0; i <= 2000; ++i) {
     dut.Update(i * 0.001, Input(i), &state);
-    EXPECT_EQ(state.filter_samples, i % 100 + 1) << i;
+    EXPECT_EQ(state.filter_means.samples, i % 100 + 1) << i;
   }
 }
 
@@ -160,11 +160,11 @@ TEST_F(RobotSideTest, RefusedCyclesAddNothingToTheMeans) {
   bad.sensed_wrench(2) = std::numeric_limits<double>::quiet_NaN();
   dut_.Update(0.001, bad, &state_);
   EXPECT_EQ(state_.output.bad_inputs, 1);
-  EXPECT_EQ(state_.filter_samples, 1);
+  EXPECT_EQ(state_.filter_means.samples, 1);
   EXPECT_EQ(state_.output.filter_means.sensed_force, before.sensed_force);
   EXPECT_TRUE(state_.output.controller.torque.allFinite());
   dut_.Update(0.002, Input(2), &state_);
-  EXPECT_EQ(state_.filter_samples, 2);
+  EXPECT_EQ(state_.filter_means.samples, 2);
 }
 
 TEST_F(RobotSideTest, LayoutNamesWhatIsWritten) {

@@ -14,7 +14,7 @@ from dual_proxy.systems.control import (
     OperationalSpaceController,
 )
 from dual_proxy.systems.link import CommunicationChannel, PoseSender
-from dual_proxy.systems.perception import ForceSpaceParticleFilter, RunningMean
+from dual_proxy.systems.perception import ForceSpaceParticleFilter, WindowMean
 from dual_proxy.systems.proxy import (
     HapticSideProxy,
     PositionForceHapticSide,
@@ -37,6 +37,6 @@ __all__ = [
     "PositionForceHapticSide",
     "RobotSide",
     "RobotSideProxy",
-    "RunningMean",
     "SimulatedHapticDevice",
+    "WindowMean",
 ]

@@ -4,6 +4,7 @@ steps."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
@@ -43,6 +44,20 @@ def link_status(monitor: Any) -> list[float]:
     return [float(getattr(monitor, field)) for field in LINK_STATUS_FIELDS]
 
 
+class Stepped:
+    """The state of an algorithm that returns its output instead of keeping it,
+    with that output (None before the first step)."""
+
+    __slots__ = ("output", "state")
+
+    def __init__(self, state: Any, output: Any = None) -> None:
+        self.state = state
+        self.output = output
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Stepped:
+        return Stepped(deepcopy(self.state), deepcopy(self.output))
+
+
 class Face(LeafSystem):
     """A system around one algorithm; it owns no mathematics.
 
@@ -51,8 +66,16 @@ class Face(LeafSystem):
 
     With feedthrough, an output at time t is what the step at t gives, from the
     inputs at t: faces in a row all act on one tick's measurements, as the
-    fused faces do. Put a ZeroOrderHold where the result goes to hardware.
-    Without, an output is that of the last step.
+    fused faces do. Once that step has been taken its result stands for the
+    rest of the instant, whatever the inputs have become by then. So a Drake
+    ZeroOrderHold of the same period, which samples at t after all faces and
+    the plant have stepped, holds the result of the step at t: put one where
+    the result goes to hardware or to a plant.
+
+    Without feedthrough, an output is that of the last step.
+
+    An input that is not finite is no error here: it is handed to the algorithm,
+    which refuses it, counts it and goes to its safe output.
     """
 
     def __init__(self, *, feedthrough: bool) -> None:
@@ -73,6 +96,7 @@ class Face(LeafSystem):
         self._memory = self.DeclareAbstractState(AbstractValue.Make(start))
         self._prerequisites = {self.abstract_state_ticket(self._memory)}
         if self._feedthrough:
+            self._last_step = self.DeclareDiscreteState([-math.inf])
             stepped = self.DeclareCacheEntry(
                 "stepped state",
                 ValueProducer(
@@ -90,14 +114,20 @@ class Face(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._advance)
 
     def _calc_stepped(self, context: Context, value: AbstractValue) -> None:
-        state = deepcopy(context.get_abstract_state(self._memory).get_value())
-        self._step(context, state)
+        state = context.get_abstract_state(self._memory).get_value()
+        last_step = context.get_discrete_state(int(self._last_step)).value()[0]
+        if last_step != context.get_time():
+            state = deepcopy(state)
+            self._step(context, state)
         value.set_value(state)
 
     def _advance(self, context: Context, state: State) -> EventStatus:
         memory = state.get_mutable_abstract_state(self._memory)
         if self._feedthrough:
             memory.set_value(self._stepped.Eval(context))
+            state.get_mutable_discrete_state().set_value(
+                int(self._last_step), [context.get_time()]
+            )
         else:
             self._step(context, memory.get_mutable_value())
         return EventStatus.Succeeded()
@@ -122,7 +152,7 @@ class Face(LeafSystem):
 
         def calc(context: Context, output: AbstractValue) -> None:
             pose = read(self._result(context))
-            output.set_value(RigidTransform(RotationMatrix(pose.R), pose.p))
+            output.set_value(rigid_transform(pose.p, pose.R))
 
         self.DeclareAbstractOutputPort(
             name, Value[RigidTransform], calc, self._prerequisites
@@ -161,3 +191,44 @@ def pose(port: InputPort, context: Context) -> tuple[Vector, Vector]:
     """Returns position (3,) and rotation (3, 3) of a RigidTransform port."""
     X: RigidTransform = port.Eval(context)
     return X.translation(), X.rotation().matrix()
+
+
+def message(port: InputPort, context: Context, empty: Any) -> Any:
+    """Returns the message at a port, `empty` if it is not connected."""
+    return port.Eval(context) if port.HasValue(context) else empty
+
+
+def rigid_transform(p: Vector, R: Vector) -> RigidTransform:
+    """Returns a pose as Drake's type, whatever the numbers: never raises.
+
+    Drake asks more of a rotation (orthonormal to 3e-14) than the algorithms do;
+    one that is not quite so is replaced by the nearest that is. What is no pose
+    at all becomes a position that is not a number, which every algorithm
+    refuses.
+    """
+    try:
+        return RigidTransform(RotationMatrix(R), p)
+    except RuntimeError:
+        if np.all(np.isfinite(R)) and np.linalg.det(R) > 0:
+            return RigidTransform(RotationMatrix.ProjectToRotationMatrix(R), p)
+        return RigidTransform(np.full(3, np.nan))
+
+
+def check_positive(who: str, field: str, value: float) -> None:
+    """Raises ValueError naming who and field unless finite and > 0."""
+    if not (math.isfinite(value) and value > 0):
+        raise ValueError(f"{who}: `{field}` expected a finite number > 0, got {value}")
+
+
+def check_vector(who: str, field: str, value: ArrayLike, size: int) -> Vector:
+    """Returns a vector as a float64 array of its own.
+
+    Raises ValueError naming who and field unless it has that size and is
+    finite.
+    """
+    array = np.array(value, dtype=np.float64)
+    if array.shape != (size,):
+        raise ValueError(f"{who}: `{field}` expected shape ({size},), got {array.shape}")
+    if not np.all(np.isfinite(array)):
+        raise ValueError(f"{who}: `{field}` expected finite values, got {array}")
+    return array

@@ -3,16 +3,63 @@
 
 from __future__ import annotations
 
+import math
 from copy import deepcopy
-from typing import Any
 
+import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import (
+    BasicVector,
+    CacheEntry,
+    Context,
+    InputPort,
+    LeafSystem,
+    ValueProducer,
+)
 
 from dual_proxy import _core
-from dual_proxy.panda import NUM_JOINTS, PandaModel
-from dual_proxy.systems._face import Face, matrix, vector
+from dual_proxy.panda import NUM_JOINTS, PandaModel, PandaTerms
+from dual_proxy.systems._face import (
+    Face,
+    Stepped,
+    Vector,
+    matrix,
+    rigid_transform,
+    vector,
+)
+
+_NO_TERMS = PandaTerms(
+    *(
+        np.full(shape, np.nan)
+        for shape in (3, (3, 3), (6, NUM_JOINTS), (NUM_JOINTS, NUM_JOINTS), 7, 7, 6)
+    )
+)
+
+
+def model_terms(model: PandaModel, robot_state: Vector) -> PandaTerms:
+    """Returns the model terms at [q; v], not numbers where the state is none.
+
+    Drake's plant raises for such a state; the algorithms refuse such terms.
+    """
+    if not math.isfinite(robot_state @ robot_state):
+        return _NO_TERMS
+    return model.calc(robot_state[:NUM_JOINTS], robot_state[NUM_JOINTS:])
+
+
+def declare_model_terms(
+    system: LeafSystem, model: PandaModel, robot_state: InputPort
+) -> CacheEntry:
+    """Declares a cache entry with the model terms at the port's [q; v]."""
+
+    def calc(context: Context, value: AbstractValue) -> None:
+        value.set_value(model_terms(model, robot_state.Eval(context)))
+
+    return system.DeclareCacheEntry(
+        "model terms",
+        ValueProducer(allocate=lambda: AbstractValue.Make(None), calc=calc),
+        {robot_state.ticket()},
+    )
 
 
 class ArmKinematics(LeafSystem):
@@ -34,25 +81,29 @@ class ArmKinematics(LeafSystem):
 
     def __init__(self, model: PandaModel) -> None:
         super().__init__()
-        self._model = model
         self._robot_state = self.DeclareVectorInputPort("robot_state", 2 * NUM_JOINTS)
-        inputs = {self._robot_state.ticket()}
+        self._terms = declare_model_terms(self, model, self._robot_state)
         self.DeclareAbstractOutputPort(
-            "robot_pose", Value[RigidTransform], self._calc_pose, inputs
+            "robot_pose",
+            Value[RigidTransform],
+            self._calc_pose,
+            {self._terms.ticket()},
         )
         self.DeclareVectorOutputPort(
-            "robot_velocity", 6, self._calc_velocity, inputs
+            "robot_velocity",
+            6,
+            self._calc_velocity,
+            {self._terms.ticket(), self._robot_state.ticket()},
         )
 
     def _calc_pose(self, context: Context, output: AbstractValue) -> None:
-        x = self._robot_state.Eval(context)
-        terms = self._model.calc(x[:NUM_JOINTS], x[NUM_JOINTS:])
-        output.set_value(RigidTransform(RotationMatrix(terms.R_BE), terms.p_BE))
+        terms: PandaTerms = self._terms.Eval(context)
+        output.set_value(rigid_transform(terms.p_BE, terms.R_BE))
 
     def _calc_velocity(self, context: Context, output: BasicVector) -> None:
-        x = self._robot_state.Eval(context)
-        terms = self._model.calc(x[:NUM_JOINTS], x[NUM_JOINTS:])
-        output.SetFromVector(terms.J_BE @ x[NUM_JOINTS:])
+        terms: PandaTerms = self._terms.Eval(context)
+        v = self._robot_state.Eval(context)[NUM_JOINTS:]
+        output.SetFromVector(_core.RobotSide.calc_twist(terms.J_BE, v))
 
 
 class OperationalSpaceController(Face):
@@ -110,7 +161,7 @@ class OperationalSpaceController(Face):
         self._proxy_velocity = declare("proxy_velocity", 6)
         self._proxy_acceleration = declare("proxy_acceleration", 6)
         self._declare_memory(
-            self._controller.make_state(), self._controller.params.period
+            Stepped(self._controller.make_state()), self._controller.params.period
         )
         for name, size in (
             ("torque", NUM_JOINTS),
@@ -123,18 +174,17 @@ class OperationalSpaceController(Face):
                 name, size, lambda state, name=name: getattr(state.output, name)
             )
 
-    def _step(self, context: Context, state: Any) -> None:
+    def _step(self, context: Context, state: Stepped) -> None:
         x = self._robot_state.Eval(context)
-        q, v = x[:NUM_JOINTS], x[NUM_JOINTS:]
-        terms = self._model.calc(q, v)
-        self._controller.update(
+        terms = model_terms(self._model, x)
+        state.output = self._controller.update(
             terms.J_BE,
             terms.mass,
             terms.bias,
             terms.gravity,
             terms.Jdot_v,
-            q,
-            v,
+            x[:NUM_JOINTS],
+            x[NUM_JOINTS:],
             vector(self._motion_error, context),
             vector(self._rotation_error, context),
             vector(self._proxy_velocity, context),
@@ -144,7 +194,7 @@ class OperationalSpaceController(Face):
             matrix(self._force_selection, context),
             matrix(self._moment_selection, context),
             vector(self._sensed_wrench, context),
-            state,
+            state.state,
         )
 
 
@@ -181,15 +231,15 @@ class HapticController(Face):
         self._device_velocity = declare("device_velocity", 6)
         self._force_selection = declare("force_selection", 9)
         self._declare_memory(
-            self._controller.make_state(), self._controller.params.period
+            Stepped(self._controller.make_state()), self._controller.params.period
         )
         self._declare_vector_output("device_wrench", 6, lambda state: state.output)
 
-    def _step(self, context: Context, state: Any) -> None:
-        self._controller.update(
+    def _step(self, context: Context, state: Stepped) -> None:
+        state.output = self._controller.update(
             vector(self._reference_force, context),
             vector(self._reference_moment, context),
             vector(self._device_velocity, context),
             matrix(self._force_selection, context),
-            state,
+            state.state,
         )

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from copy import deepcopy
 from typing import Any
 
@@ -10,7 +11,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context
 
 from dual_proxy import _core
-from dual_proxy.systems._face import Face, matrix, pose
+from dual_proxy.systems._face import Face, check_positive, matrix, pose
 
 
 class PoseSender(Face):
@@ -89,9 +90,11 @@ class CommunicationChannel(Face):
         message: _core.PoseMessage | _core.ForceMessage | None = None,
     ) -> None:
         super().__init__(feedthrough=False)
-        if not rate > 0:
+        check_positive("CommunicationChannel", "rate", rate)
+        if not 0 <= offset < math.inf:
             raise ValueError(
-                f"CommunicationChannel: `rate` expected a number > 0, got {rate}"
+                "CommunicationChannel: `offset` expected a finite number >= 0, "
+                f"got {offset}"
             )
         model = message if message is not None else _core.PoseMessage()
         params = deepcopy(params or _core.CommunicationChannelParams())

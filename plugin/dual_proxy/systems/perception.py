@@ -10,7 +10,7 @@ import numpy as np
 from pydrake.systems.framework import Context
 
 from dual_proxy import _core
-from dual_proxy.systems._face import Face, vector
+from dual_proxy.systems._face import Face, check_positive, vector
 
 
 class ForceSpaceParticleFilter(Face):
@@ -23,7 +23,7 @@ class ForceSpaceParticleFilter(Face):
     - velocity          # 3, m/s: of E, likewise
     - motion_force      # 3, N: F_m, likewise
     - contact_force     # 3, N: F_f, likewise
-    - prior             # array (3, k), expected normals (optional)
+    - prior             # array (3, k), expected normals, k <= 8 (optional)
     output_ports:
     - force_selection   # 9, row-major 3x3: Omega_f
     - dimension         # 1: 0..3
@@ -32,8 +32,9 @@ class ForceSpaceParticleFilter(Face):
     @endsystem
 
     Everything in the base frame B. Steps every `params.period`; the outputs are
-    those of the last step, dimension 0 before the first. RunningMean makes the
-    means. An angular filter is a second instance, fed with moments.
+    those of the last step, dimension 0 before the first. WindowMean makes the
+    means. A prior that is not as it should be leaves the one before in force.
+    An angular filter is a second instance, fed with moments.
 
     Parameters
     ----------
@@ -74,39 +75,41 @@ class ForceSpaceParticleFilter(Face):
 
     def _step(self, context: Context, state: Any) -> None:
         if self._prior.HasValue(context):
-            self._filter.set_prior(self._prior.Eval(context), state)
+            self._filter.offer_prior(self._prior.Eval(context), state)
         self._filter.update(
             *(vector(port, context) for port in self._inputs_3), state
         )
 
 
-class RunningMean(Face):
-    """Mean of a vector over the current window; what a slower system samples.
+class WindowMean(Face):
+    """Mean of a 3-vector over the current window; what a slower system samples.
 
     @system
-    name: RunningMean
+    name: WindowMean
     input_ports:
-    - value   # size
+    - value   # 3
     output_ports:
-    - mean    # size
+    - mean    # 3
     @endsystem
 
-    Steps every `period`. Windows are [k window, (k + 1) window): a system that
-    runs every `window` sees the mean over the window that just ended.
+    Steps every `period`; the mean is that of the last step, zero before the
+    first. Windows are [k window, (k + 1) window): a system that runs every
+    `window` sees the mean over the window that just ended. Samples that are not
+    finite are left out.
 
     Parameters
     ----------
-    size : of the vector.
     window : s, > 0.
     period : s, > 0, between samples.
     """
 
-    def __init__(self, size: int, window: float, period: float = 0.001) -> None:
+    def __init__(self, window: float = 1 / 15, period: float = 0.001) -> None:
         super().__init__(feedthrough=False)
-        self._mean = _core.RunningMean(window)
-        self._value = self.DeclareVectorInputPort("value", size)
-        self._declare_memory(self._mean.make_state(size), period)
-        self._declare_vector_output("mean", size, lambda state: state.mean)
+        check_positive("WindowMean", "period", period)
+        self._mean = _core.WindowMean(window)
+        self._value = self.DeclareVectorInputPort("value", 3)
+        self._declare_memory(self._mean.make_state(), period)
+        self._declare_vector_output("mean", 3, lambda state: state.mean)
 
     def _step(self, context: Context, state: Any) -> None:
         self._mean.update(context.get_time(), self._value.Eval(context), state)

@@ -12,10 +12,14 @@ from dual_proxy import _core
 from dual_proxy.systems._face import (
     LINK_STATUS_FIELDS,
     Face,
+    check_positive,
     link_status,
     matrix,
+    message,
     pose,
 )
+
+_EMPTY = _core.PoseMessage()
 
 
 class RobotSideProxy(Face):
@@ -24,7 +28,7 @@ class RobotSideProxy(Face):
     @system
     name: RobotSideProxy
     input_ports:
-    - haptic_message      # PoseMessage
+    - haptic_message      # PoseMessage (optional: without it the robot waits)
     - robot_pose          # RigidTransform X_BE
     - force_selection     # 9, row-major 3x3 (optional, zero)
     - moment_selection    # 9, row-major 3x3 (optional, zero)
@@ -88,7 +92,7 @@ class RobotSideProxy(Face):
             sensed = self._sensed_wrench.Eval(context)
         self._proxy.update(
             context.get_time(),
-            self._message.Eval(context),
+            message(self._message, context, _EMPTY),
             *pose(self._pose, context),
             matrix(self._force_selection, context),
             matrix(self._moment_selection, context),
@@ -103,7 +107,7 @@ class HapticSideProxy(Face):
     @system
     name: HapticSideProxy
     input_ports:
-    - robot_message       # PoseMessage
+    - robot_message       # PoseMessage (optional: without it there is no force)
     - device_pose         # RigidTransform X_DH, from the device's home
     output_ports:
     - reference_force     # 3, N, in D: F_h, on the hand
@@ -145,7 +149,7 @@ class HapticSideProxy(Face):
     def _step(self, context: Context, state: Any) -> None:
         self._proxy.update(
             context.get_time(),
-            self._message.Eval(context),
+            message(self._message, context, _EMPTY),
             *pose(self._pose, context),
             state,
         )
@@ -177,6 +181,7 @@ class PositionForceHapticSide(Face):
         period: float = 0.001,
     ) -> None:
         super().__init__(feedthrough=True)
+        check_positive("PositionForceHapticSide", "period", period)
         self._side = _core.PositionForceHapticSide(
             deepcopy(params or _core.PositionForceHapticSideParams())
         )

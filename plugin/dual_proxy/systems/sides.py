@@ -12,19 +12,28 @@ from copy import deepcopy
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.math import RigidTransform
 from pydrake.systems.framework import (
     BasicVector,
     Context,
     EventStatus,
     LeafSystem,
     State,
-    ValueProducer,
 )
 
 from dual_proxy import _core
 from dual_proxy.panda import NUM_JOINTS, PandaModel, PandaTerms
-from dual_proxy.systems._face import matrix, pose, vector
+from dual_proxy.systems._face import (
+    check_vector,
+    matrix,
+    message,
+    pose,
+    rigid_transform,
+    vector,
+)
+from dual_proxy.systems.control import declare_model_terms
+
+_EMPTY = _core.PoseMessage()
 
 
 class _Side(LeafSystem):
@@ -83,7 +92,7 @@ class RobotSide(_Side):
     @system
     name: RobotSide
     input_ports:
-    - haptic_message      # PoseMessage
+    - haptic_message      # PoseMessage (optional: without it the robot waits)
     - robot_state         # 14, [q; v], rad, rad/s
     - sensed_wrench       # 6, [force; moment], N, N m, at E
     - force_selection     # 9, row-major 3x3 (optional, zero)
@@ -121,7 +130,6 @@ class RobotSide(_Side):
         super().__init__(
             self._side.output_layout(), self._side.params.controller.period
         )
-        self._model = model
         self._message = self.DeclareAbstractInputPort(
             "haptic_message", AbstractValue.Make(_core.PoseMessage())
         )
@@ -129,19 +137,14 @@ class RobotSide(_Side):
         self._sensed_wrench = self.DeclareVectorInputPort("sensed_wrench", 6)
         self._force_selection = self.DeclareVectorInputPort("force_selection", 9)
         self._moment_selection = self.DeclareVectorInputPort("moment_selection", 9)
-        self._terms = self.DeclareCacheEntry(
-            "model terms",
-            ValueProducer(
-                allocate=lambda: AbstractValue.Make(None), calc=self._calc_terms
-            ),
-            {self._robot_state.ticket()},
-        )
+        self._terms = declare_model_terms(self, model, self._robot_state)
         start = self._side.make_state()
         size = max(s.stop for s in self.layout.values())
         self._declare(start, size)
         torque = np.zeros(NUM_JOINTS)
         if q_start is not None:
-            torque = -model.calc(q_start, np.zeros(NUM_JOINTS)).gravity
+            q = check_vector("RobotSide", "q_start", q_start, NUM_JOINTS)
+            torque = -model.calc(q, np.zeros(NUM_JOINTS)).gravity
         self._torque = self.DeclareDiscreteState(torque)
         self.DeclareStateOutputPort("torque", self._torque)
         self.DeclareAbstractOutputPort(
@@ -160,20 +163,16 @@ class RobotSide(_Side):
         ):
             self._declare_slice(signal)
 
-    def _calc_terms(self, context: Context, value: AbstractValue) -> None:
-        x = self._robot_state.Eval(context)
-        value.set_value(self._model.calc(x[:NUM_JOINTS], x[NUM_JOINTS:]))
-
     def _calc_pose(self, context: Context, output: AbstractValue) -> None:
         terms: PandaTerms = self._terms.Eval(context)
-        output.set_value(RigidTransform(RotationMatrix(terms.R_BE), terms.p_BE))
+        output.set_value(rigid_transform(terms.p_BE, terms.R_BE))
 
     def _advance(self, context: Context, state: State) -> EventStatus:
         x = self._robot_state.Eval(context)
         memory = state.get_mutable_abstract_state(self._memory).get_mutable_value()
         self._side.update(
             context.get_time(),
-            self._message.Eval(context),
+            message(self._message, context, _EMPTY),
             *self._terms.Eval(context),
             x[:NUM_JOINTS],
             x[NUM_JOINTS:],
@@ -195,7 +194,8 @@ class HapticSide(_Side):
     @system
     name: HapticSide
     input_ports:
-    - robot_message       # PoseMessage
+    - robot_message       # PoseMessage (optional: without it there is no force,
+                          # but messages are sent)
     - device_pose         # RigidTransform X_DH, from the device's home
     - device_velocity     # 6, [linear; angular], m/s, rad/s
     output_ports:
@@ -234,7 +234,7 @@ class HapticSide(_Side):
         memory = state.get_mutable_abstract_state(self._memory).get_mutable_value()
         self._side.update(
             context.get_time(),
-            self._message.Eval(context),
+            message(self._message, context, _EMPTY),
             *pose(self._pose, context),
             self._velocity.Eval(context),
             memory,

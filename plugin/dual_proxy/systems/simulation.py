@@ -10,7 +10,7 @@ import numpy as np
 from pydrake.systems.framework import Context
 
 from dual_proxy import _core
-from dual_proxy.systems._face import Face, Vector, pose, vector
+from dual_proxy.systems._face import Face, Vector, check_vector, pose, vector
 
 
 class ForceTorqueSensor(Face):
@@ -47,7 +47,9 @@ class ForceTorqueSensor(Face):
         self._sensor = _core.ForceTorqueSensor(
             deepcopy(params or _core.ForceTorqueSensorParams())
         )
-        self._p_SE = np.zeros(3) if p_SE is None else np.array(p_SE)
+        self._p_SE = check_vector(
+            "ForceTorqueSensor", "p_SE", np.zeros(3) if p_SE is None else p_SE, 3
+        )
         self._reaction = self.DeclareVectorInputPort("reaction", 6)
         self._pose = self._declare_pose_input("robot_pose")
         period = self._sensor.params.period

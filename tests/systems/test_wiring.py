@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The separate faces in a row and the station's fused faces: the same bits."""
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import Demultiplexer, LogVectorOutput, ZeroOrderHold
+
+from dual_proxy import _core, systems
+from dual_proxy.panda import PandaModel, SensorReaction, add_panda_scene, p_SE_S
+from dual_proxy.scenario import load_scenario
+from dual_proxy.station import build_station
+
+DURATION = 3.6
+PERIOD = 1e-3
+
+# Name in the separate wiring -> signal in the fused sides' `signals`.
+HELD = {
+    "torque": "torque",
+    "mean_sensed_force": "mean_sensed_force",
+    "mean_velocity": "mean_velocity",
+    "mean_motion_force": "mean_motion_force",
+    "mean_contact_force": "mean_contact_force",
+}
+ROBOT_STEP = {
+    "motion_error": "motion_error",
+    "rotation_error": "rotation_error",
+    "reference_force": "reference_force",
+    "reference_moment": "reference_moment",
+    "motion_force": "motion_force",
+    "contact_force": "force_space_force",
+    "observed_energy": "observed_energy",
+    "injected_damping": "injected_damping",
+}
+HAPTIC_STEP = {
+    "haptic_reference_force": "haptic_reference_force",
+    "haptic_reference_moment": "haptic_reference_moment",
+    "haptic_force_selection": "haptic_force_selection",
+}
+
+
+class Separate:
+    """The diagram of scheme `dual_proxy` from separate faces."""
+
+    def __init__(self, scenario):
+        self.builder = DiagramBuilder()
+        self.logs = {}
+        seeds = np.random.SeedSequence(scenario.seed).generate_state(4, np.uint64)
+        self.seeds = dict(
+            zip(("filter", "sensor", "to_robot", "to_device"), map(int, seeds))
+        )
+        robot_sender = self.add_robot(scenario)
+        device_sender = self.add_device(scenario)
+        self.add_channel(scenario, "to_robot", device_sender, self.robot_message)
+        self.add_channel(scenario, "to_device", robot_sender, self.device_message)
+        self.diagram = self.builder.Build()
+        self.simulator = Simulator(self.diagram)
+        context = self.simulator.get_mutable_context()
+        # The arm is held until the first step, as by RobotSide.
+        hold = self.hold.GetMyMutableContextFromRoot(context)
+        hold.SetDiscreteState(self.start_torque)
+        self.simulator.Initialize()
+
+    def add(self, system):
+        return self.builder.AddSystem(system)
+
+    def connect(self, source, output, target, port):
+        self.builder.Connect(source.GetOutputPort(output), target.GetInputPort(port))
+
+    def log(self, name, port):
+        self.logs[name] = LogVectorOutput(port, self.builder, publish_period=PERIOD)
+
+    def data(self, name):
+        return self.logs[name].FindLog(self.simulator.get_context()).data().T
+
+    def split(self, port):
+        """Returns the first half of a six-vector."""
+        halves = self.add(Demultiplexer(6, 3))
+        self.builder.Connect(port, halves.get_input_port(0))
+        return halves.get_output_port(0)
+
+    def add_robot(self, scenario):
+        builder, connect = self.builder, self.connect
+        params = scenario.scene
+        model = PandaModel(params.tool_mass, params.gravity)
+        q_start = model.inverse_kinematics(
+            scenario.map.p_cw, scenario.map.R_cw, scenario.controller.q_rest
+        )
+        self.start_torque = -model.calc(q_start, np.zeros(7)).gravity
+        scene = add_panda_scene(builder, params, q_start)
+        reaction = self.add(SensorReaction(scene.sensor_joint))
+        sensor = self.add(
+            systems.ForceTorqueSensor(scenario.sensor, p_SE_S, self.seeds["sensor"])
+        )
+        kinematics = self.add(systems.ArmKinematics(model))
+        proxy = self.add(systems.RobotSideProxy(scenario.robot_proxy))
+        controller = self.add(
+            systems.OperationalSpaceController(model, scenario.controller)
+        )
+        self.hold = self.add(ZeroOrderHold(PERIOD, 7))
+        particle_filter = self.add(
+            systems.ForceSpaceParticleFilter(scenario.filter, self.seeds["filter"])
+        )
+        sender = self.add(systems.PoseSender(scenario.link.sender))
+
+        builder.Connect(
+            scene.reaction_forces_port, reaction.GetInputPort("reaction_forces")
+        )
+        builder.Connect(scene.state_port, kinematics.GetInputPort("robot_state"))
+        builder.Connect(scene.state_port, controller.GetInputPort("robot_state"))
+        builder.Connect(self.hold.get_output_port(), scene.actuation_port)
+        builder.Connect(controller.GetOutputPort("torque"), self.hold.get_input_port())
+        connect(reaction, "reaction", sensor, "reaction")
+        for system, port in (
+            (sensor, "robot_pose"),
+            (proxy, "robot_pose"),
+            (sender, "pose"),
+        ):
+            connect(kinematics, "robot_pose", system, port)
+        for system in (proxy, controller):
+            connect(sensor, "sensed_wrench", system, "sensed_wrench")
+        for system in (proxy, controller, sender):
+            connect(particle_filter, "force_selection", system, "force_selection")
+        for name in (
+            "motion_error",
+            "rotation_error",
+            "reference_force",
+            "reference_moment",
+            "proxy_velocity",
+            "proxy_acceleration",
+        ):
+            connect(proxy, name, controller, name)
+        for name, port in (
+            ("sensed_force", self.split(sensor.GetOutputPort("sensed_wrench"))),
+            ("velocity", self.split(kinematics.GetOutputPort("robot_velocity"))),
+            ("motion_force", controller.GetOutputPort("motion_force")),
+            ("contact_force", controller.GetOutputPort("contact_force")),
+        ):
+            mean = self.add(systems.WindowMean(scenario.filter.period, PERIOD))
+            builder.Connect(port, mean.GetInputPort("value"))
+            connect(mean, "mean", particle_filter, name)
+            self.log(f"mean_{name}", mean.GetOutputPort("mean"))
+
+        self.log("torque", self.hold.get_output_port())
+        self.log("robot_state", scene.state_port)
+        self.log("robot_link_status", proxy.GetOutputPort("link_status"))
+        for name in ("motion_error", "rotation_error"):
+            self.log(name, proxy.GetOutputPort(name))
+        for name in ("reference_force", "reference_moment"):
+            self.log(name, proxy.GetOutputPort(name))
+        for name in (
+            "motion_force",
+            "contact_force",
+            "observed_energy",
+            "injected_damping",
+        ):
+            self.log(name, controller.GetOutputPort(name))
+        for name in ("dimension", "force_direction"):
+            self.log(name, particle_filter.GetOutputPort(name))
+        self.robot_message = proxy.GetInputPort("haptic_message")
+        return sender
+
+    def add_device(self, scenario):
+        motion = scenario.operator_motion()
+        workspace_map = _core.WorkspaceMap(scenario.map)
+        R = np.asarray(scenario.map.R_cw)
+        points = [workspace_map.haptic_proxy(p, R)[0] for p in motion.positions]
+        path = _core.OperatorPath(motion.times, np.transpose(points), "minimum_jerk")
+        device = self.add(systems.SimulatedHapticDevice(path, scenario.device))
+        proxy = self.add(systems.HapticSideProxy(scenario.haptic_proxy))
+        controller = self.add(systems.HapticController(scenario.haptic_controller))
+        hold = self.add(ZeroOrderHold(PERIOD, 6))
+        sender = self.add(systems.PoseSender(scenario.link.sender))
+        connect = self.connect
+        connect(device, "device_pose", proxy, "device_pose")
+        connect(device, "device_pose", sender, "pose")
+        connect(device, "device_velocity", controller, "device_velocity")
+        for name in ("reference_force", "reference_moment", "force_selection"):
+            connect(proxy, name, controller, name)
+            self.log(f"haptic_{name}", proxy.GetOutputPort(name))
+        self.builder.Connect(
+            controller.GetOutputPort("device_wrench"), hold.get_input_port()
+        )
+        self.builder.Connect(
+            hold.get_output_port(), device.GetInputPort("device_wrench")
+        )
+        self.log("device_wrench", hold.get_output_port())
+        self.log("device_velocity", device.GetOutputPort("device_velocity"))
+        self.device_message = proxy.GetInputPort("robot_message")
+        return sender
+
+    def add_channel(self, scenario, name, sender, target):
+        link = scenario.link
+        channel = self.add(
+            systems.CommunicationChannel(
+                link.channel, self.seeds[name], link.rate, PERIOD
+            )
+        )
+        self.connect(sender, "message", channel, "message")
+        self.builder.Connect(channel.GetOutputPort("message"), target)
+
+
+class Fused:
+    """The station's log, by signal."""
+
+    def __init__(self, station):
+        self.logs = {}
+        context = station.simulator.get_context()
+        for name, system in (("robot", "robot_side"), ("device", "haptic_side")):
+            side = station.diagram.GetSubsystemByName(system)
+            data = station._logs[name].FindLog(context).data().T
+            for signal, where in side.layout.items():
+                self.logs[signal] = data[:, where]
+        for name in ("dimension", "force_direction"):
+            self.logs[name] = station._logs[name].FindLog(context).data().T
+
+    def data(self, name):
+        return self.logs[name]
+
+
+@pytest.fixture(scope="module")
+def runs():
+    scenario = load_scenario("plane").with_overrides({"link.delay": 0.05})
+    assert scenario.scene.time_step == PERIOD
+    station = build_station(scenario)
+    station.advance_to(DURATION)
+    separate = Separate(scenario)
+    separate.simulator.AdvanceTo(DURATION)
+    return Fused(station), separate
+
+
+def test_the_run_goes_into_contact(runs):
+    _, separate = runs
+    assert separate.data("dimension")[-1] == 1
+    assert separate.data("force_direction")[-1, 2] < -0.9
+    assert np.max(np.abs(separate.data("device_wrench"))) > 1
+    assert np.min(separate.data("mean_sensed_force")[:, 2]) < -2
+
+
+def test_plant_and_device_move_alike(runs):
+    fused, separate = runs
+    state = separate.data("robot_state")
+    # `signals` holds the measurements of the step before.
+    np.testing.assert_array_equal(state[:-1, :7], fused.data("joint_position")[1:])
+    np.testing.assert_array_equal(state[:-1, 7:], fused.data("joint_velocity")[1:])
+    np.testing.assert_array_equal(
+        separate.data("device_velocity")[:-1, :3], fused.data("device_velocity")[1:]
+    )
+
+
+@pytest.mark.parametrize("name", HELD)
+def test_held_signals_are_the_same(runs, name):
+    fused, separate = runs
+    # Row 0 is before any step, where `signals` is zero and the torque is not.
+    mine, theirs = separate.data(name)[1:], fused.data(HELD[name])[1:]
+    assert np.any(mine != mine[0])
+    np.testing.assert_array_equal(mine, theirs)
+
+
+def test_device_wrench_is_the_same(runs):
+    fused, separate = runs
+    np.testing.assert_array_equal(
+        separate.data("device_wrench"),
+        np.hstack([fused.data("device_force"), fused.data("device_moment")]),
+    )
+
+
+def test_filter_is_the_same(runs):
+    fused, separate = runs
+    for name in ("dimension", "force_direction"):
+        np.testing.assert_array_equal(separate.data(name), fused.data(name))
+
+
+# With feedthrough, a row holds what the step at its time gives; `signals` holds
+# what the step before has given.
+@pytest.mark.parametrize("name", [*ROBOT_STEP, *HAPTIC_STEP])
+def test_steps_are_the_same(runs, name):
+    fused, separate = runs
+    mine = separate.data(name)[:-1]
+    theirs = fused.data({**ROBOT_STEP, **HAPTIC_STEP}[name])[1:]
+    np.testing.assert_array_equal(mine, theirs)
+
+
+def test_link_status_is_the_same(runs):
+    fused, separate = runs
+    status = separate.data("robot_link_status")[:-1]
+    np.testing.assert_array_equal(status[:, [0]], fused.data("robot_link_status")[1:])
+    np.testing.assert_array_equal(status[:, [1]], fused.data("robot_link_age")[1:])
+    assert status[-1, 0] == int(_core.LinkStatus.CONNECTED)
