@@ -102,8 +102,7 @@ void SetPrior(const Algorithm& algorithm, const py::object& normals,
 
 const char* OfferPrior(const Algorithm& algorithm, const py::object& normals,
                        State* state) {
-  const auto array =
-      py::array_t<double, py::array::forcecast>::ensure(normals);
+  const auto array = py::array_t<double, py::array::forcecast>::ensure(normals);
   if (!array) PyErr_Clear();
   const auto matrix = array ? PriorFromArray(array) : std::nullopt;
   if (!matrix) {

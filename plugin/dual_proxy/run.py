@@ -14,7 +14,6 @@ import pandas as pd
 
 from dual_proxy.log import replace_file, save_log, write_mcap
 from dual_proxy.metrics import compute_metrics
-from dual_proxy.report import write_report
 from dual_proxy.scenario import Scenario, ScenarioError, load_scenario
 
 __all__ = ["Run", "RunError", "run"]
@@ -53,6 +52,9 @@ class Run:
         Path
             The report.
         """
+        # Plotting is imported only where something is plotted.
+        from dual_proxy.report import write_report
+
         directory = Path(directory)
         directory.mkdir(parents=True, exist_ok=True)
         metrics = json.dumps(self.metrics, indent=2, allow_nan=False) + "\n"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/proxy/robot_side_proxy.h"
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
@@ -61,7 +62,11 @@ class RobotSideProxyTest : public ::testing::Test {
     ASSERT_LE(output.reference_force.norm(), 20.0 + kForceStep);
     ASSERT_LE(output.reference_moment.norm(), 2.0 + kMomentStep);
     ASSERT_LE(output.motion_error.norm(), 0.012 + kTolerance);
-    if (first) return;
+    // Without a link, a direction that leaves force space lets go of the proxy.
+    const bool released = output.link_status != LinkStatus::kConnected &&
+                          input_.force_selection != last_selection_;
+    last_selection_ = input_.force_selection;
+    if (first || released) return;
     const Vector3d moved = output.proxy_pose.p - last.proxy_pose.p;
     ASSERT_LE(moved.cwiseAbs().maxCoeff(), 0.2 * kPeriod + kTolerance);
     ASSERT_LE((output.proxy_velocity - last.proxy_velocity)
@@ -87,6 +92,7 @@ class RobotSideProxyTest : public ::testing::Test {
   RobotSideProxyState state_{dut_.MakeState()};
   RobotSideProxyInput input_;
   int tick_{0};
+  Matrix3d last_selection_{Matrix3d::Zero()};
   const Matrix3d z_ = Direction(Vector3d::UnitZ());
 };
 
@@ -499,6 +505,50 @@ TEST(RobotSideProxyParamsTest, PartsAreValidatedAndMustShareThePeriod) {
             std::string::npos);
   params.limiter.period = 0.002;
   EXPECT_EQ(InvalidArgument([&] { RobotSideProxy{params}; }), "no exception");
+}
+
+TEST_F(RobotSideProxyTest, DoesNotPressAgainAfterALostLink) {
+  // Pressing: the proxy is 10 mm inside the surface. The link is lost, the
+  // force fades, and the filter gives the direction back to motion space.
+  input_.force_selection = z_;
+  Run(2000, Vector3d(0, 0, -0.004));
+  EXPECT_NEAR(state_.output.reference_force.z(), -5.0, 1e-6);
+  Silence(1000);
+  EXPECT_EQ(state_.output.link_status, LinkStatus::kLost);
+  EXPECT_TRUE(state_.output.reference_force.isZero(0.0));
+  EXPECT_NEAR(state_.output.proxy_pose.p.z(), 0.29, 1e-9);  // Frozen.
+  input_.force_selection.setZero();
+  const RobotSideProxyOutput before = state_.output;
+  dut_.Update(time(), input_, &state_);
+  EXPECT_LT(state_.output.motion_error.norm(), 1e-9);
+  EXPECT_TRUE(state_.output.proxy_pose.p.isApprox(input_.X_BE.p, 1e-9));
+  EXPECT_EQ(before.proxy_pose.R, state_.output.proxy_pose.R);
+}
+
+TEST_F(RobotSideProxyTest, WithoutInterpolationTheTargetIsAStaircase) {
+  RobotSideProxyParams params = Params();
+  const auto fastest = [&](bool interpolate) {
+    params.interpolate = interpolate;
+    const RobotSideProxy dut(params);
+    RobotSideProxyState state = dut.MakeState();
+    RobotSideProxyInput input;
+    input.X_BE.p = params.map.p_cw;
+    double result = 0;
+    for (int tick = 0; tick < 2000; ++tick) {
+      const double t = kPeriod * tick;
+      if (tick % 20 == 0) {
+        ++input.message.sequence;
+        input.message.send_time = t;
+        input.message.pose.p.x() = 0.01 * (1 - std::cos(2 * t));
+      }
+      dut.Update(t, input, &state);
+      result = std::max(result, state.output.proxy_acceleration.norm());
+    }
+    return result;
+  };
+  // The robot's own acceleration: 2.5 x 0.01 x 4 = 0.1 m/s^2.
+  EXPECT_LT(fastest(true), 0.5);  // Where it starts from rest, and less later.
+  EXPECT_GT(fastest(false), 9.0);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -245,6 +246,44 @@ TEST(TrajectoryLimiterParamsTest, InvalidParametersAreNamed) {
             std::string::npos);
   EXPECT_NE(message(&Params::period, std::nan("")).find("`period`"),
             std::string::npos);
+}
+
+TEST_F(TrajectoryLimiterTest, FollowsAMovingTargetWithItsOwnAcceleration) {
+  // Any way to a target that moves within the limits ends on it; from then on
+  // the motion is the target's, one period of its acceleration apart.
+  const auto target = [](double t) {
+    Eigen::Matrix<double, 6, 1> velocity;
+    velocity << 0.1 * std::cos(2 * t), 0, -0.065 * std::sin(1.3 * t), 0, 0,
+        0.2 * std::cos(t);
+    const Pose pose{Vector3d(0.05 * std::sin(2 * t), 0.02,
+                             0.05 * std::cos(1.3 * t)),
+                    ExpRotation({0, 0, 0.2 * std::sin(t)})};
+    return std::pair(pose, velocity);
+  };
+  for (int tick = 0; tick < 10'000; ++tick) {
+    const auto [pose, velocity] = target(kPeriod * tick);
+    dut_.Update(pose, velocity, &state_);
+    ASSERT_LE(MaxAbs(state_.a), 10.0 * (1.0 + 1e-9));
+    if (tick < 500) continue;
+    const auto [next, next_velocity] = target(kPeriod * (tick + 1));
+    ASSERT_LT((state_.pose.p - next.p).norm(), 1e-6) << tick;
+    ASSERT_LT((state_.v - next_velocity.head<3>()).norm(), 1e-3) << tick;
+    ASSERT_LT(MaxAbs(state_.a), 0.3) << tick;  // The target's: at most 0.2.
+    ASSERT_LT(LogRotation(state_.pose.R * next.R.transpose()).norm(), 1e-6);
+  }
+}
+
+TEST_F(TrajectoryLimiterTest, TargetFasterThanTheLimitIsFollowedAtTheLimit) {
+  Eigen::Matrix<double, 6, 1> velocity =
+      Eigen::Matrix<double, 6, 1>::Constant(5.0);
+  for (int tick = 0; tick < 1000; ++tick) {
+    const double t = kPeriod * tick;
+    dut_.Update({5.0 * t * Vector3d::Ones(), Matrix3d::Identity()}, velocity,
+                &state_);
+    ASSERT_LE(MaxAbs(state_.v), 0.2);
+    ASSERT_LE(MaxAbs(state_.w), 1.0);
+  }
+  EXPECT_NEAR(state_.v.x(), 0.2, 1e-9);
 }
 
 }  // namespace

@@ -47,9 +47,8 @@ class Separate:
         self.builder = DiagramBuilder()
         self.logs = {}
         seeds = np.random.SeedSequence(scenario.seed).generate_state(4, np.uint64)
-        self.seeds = dict(
-            zip(("filter", "sensor", "to_robot", "to_device"), map(int, seeds))
-        )
+        names = ("filter", "sensor", "to_robot", "to_device")
+        self.seeds = dict(zip(names, map(int, seeds), strict=True))
         robot_sender = self.add_robot(scenario)
         device_sender = self.add_device(scenario)
         self.add_channel(scenario, "to_robot", device_sender, self.robot_message)

@@ -7,23 +7,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from copy import deepcopy
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.systems.framework import (
-    BasicVector,
-    Context,
-    EventStatus,
-    InputPort,
-    LeafSystem,
-    State,
-    ValueProducer,
-)
+from pydrake.systems.framework import EventStatus, LeafSystem, ValueProducer
 
 Vector = NDArray[np.float64]
+
+# pydrake's type stubs name array types that no array has and call the values of
+# ports plain objects: what passes between Drake and a face goes by these names.
+Context: TypeAlias = Any
+State: TypeAlias = Any
+InputPort: TypeAlias = Any
+Output: TypeAlias = Any
 
 #: Elements of every `link_status` port: status (0 waiting, 1 connected, 2
 #: lost), age of the message in use (s), messages received, dropped (stale or
@@ -42,6 +41,11 @@ LINK_STATUS_FIELDS = (
 def link_status(monitor: Any) -> list[float]:
     """Returns the elements of a `link_status` port from a LinkMonitorState."""
     return [float(getattr(monitor, field)) for field in LINK_STATUS_FIELDS]
+
+
+# When a face that has not stepped has stepped last.
+_NEVER: Any = np.array([-math.inf])
+_NO_POSITION: Any = np.full(3, math.nan)
 
 
 class Stepped:
@@ -96,7 +100,7 @@ class Face(LeafSystem):
         self._memory = self.DeclareAbstractState(AbstractValue.Make(start))
         self._prerequisites = {self.abstract_state_ticket(self._memory)}
         if self._feedthrough:
-            self._last_step = self.DeclareDiscreteState([-math.inf])
+            self._last_step = self.DeclareDiscreteState(_NEVER)
             stepped = self.DeclareCacheEntry(
                 "stepped state",
                 ValueProducer(
@@ -113,8 +117,8 @@ class Face(LeafSystem):
             self._prerequisites = {stepped.ticket()}
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._advance)
 
-    def _calc_stepped(self, context: Context, value: AbstractValue) -> None:
-        state = context.get_abstract_state(self._memory).get_value()
+    def _calc_stepped(self, context: Context, value: Output) -> None:
+        state = context.get_abstract_state(int(self._memory)).get_value()
         last_step = context.get_discrete_state(int(self._last_step)).value()[0]
         if last_step != context.get_time():
             state = deepcopy(state)
@@ -136,12 +140,12 @@ class Face(LeafSystem):
         """Returns the algorithm's state that the outputs show."""
         if self._feedthrough:
             return self._stepped.Eval(context)
-        return context.get_abstract_state(self._memory).get_value()
+        return context.get_abstract_state(int(self._memory)).get_value()
 
     def _declare_vector_output(
         self, name: str, size: int, read: Callable[[Any], ArrayLike]
     ) -> None:
-        def calc(context: Context, output: BasicVector) -> None:
+        def calc(context: Context, output: Output) -> None:
             value = np.asarray(read(self._result(context)), dtype=np.float64)
             output.SetFromVector(value.reshape(size))
 
@@ -150,7 +154,7 @@ class Face(LeafSystem):
     def _declare_pose_output(self, name: str, read: Callable[[Any], Any]) -> None:
         """`read` returns an object with a position `p` and a rotation `R`."""
 
-        def calc(context: Context, output: AbstractValue) -> None:
+        def calc(context: Context, output: Output) -> None:
             pose = read(self._result(context))
             output.set_value(rigid_transform(pose.p, pose.R))
 
@@ -161,7 +165,7 @@ class Face(LeafSystem):
     def _declare_object_output(
         self, name: str, model: object, read: Callable[[Any], object]
     ) -> None:
-        def calc(context: Context, output: AbstractValue) -> None:
+        def calc(context: Context, output: Output) -> None:
             output.set_value(read(self._result(context)))
 
         self.DeclareAbstractOutputPort(
@@ -189,7 +193,7 @@ def vector(port: InputPort, context: Context) -> Vector:
 
 def pose(port: InputPort, context: Context) -> tuple[Vector, Vector]:
     """Returns position (3,) and rotation (3, 3) of a RigidTransform port."""
-    X: RigidTransform = port.Eval(context)
+    X = port.Eval(context)
     return X.translation(), X.rotation().matrix()
 
 
@@ -198,7 +202,7 @@ def message(port: InputPort, context: Context, empty: Any) -> Any:
     return port.Eval(context) if port.HasValue(context) else empty
 
 
-def rigid_transform(p: Vector, R: Vector) -> RigidTransform:
+def rigid_transform(p: Any, R: Any) -> RigidTransform:
     """Returns a pose as Drake's type, whatever the numbers: never raises.
 
     Drake asks more of a rotation (orthonormal to 3e-14) than the algorithms do;
@@ -211,7 +215,7 @@ def rigid_transform(p: Vector, R: Vector) -> RigidTransform:
     except RuntimeError:
         if np.all(np.isfinite(R)) and np.linalg.det(R) > 0:
             return RigidTransform(RotationMatrix.ProjectToRotationMatrix(R), p)
-        return RigidTransform(np.full(3, np.nan))
+        return RigidTransform(_NO_POSITION)
 
 
 def check_positive(who: str, field: str, value: float) -> None:
@@ -228,7 +232,9 @@ def check_vector(who: str, field: str, value: ArrayLike, size: int) -> Vector:
     """
     array = np.array(value, dtype=np.float64)
     if array.shape != (size,):
-        raise ValueError(f"{who}: `{field}` expected shape ({size},), got {array.shape}")
+        raise ValueError(
+            f"{who}: `{field}` expected shape ({size},), got {array.shape}"
+        )
     if not np.all(np.isfinite(array)):
         raise ValueError(f"{who}: `{field}` expected finite values, got {array}")
     return array

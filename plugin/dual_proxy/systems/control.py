@@ -5,23 +5,21 @@ from __future__ import annotations
 
 import math
 from copy import deepcopy
+from operator import attrgetter
+from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import (
-    BasicVector,
-    CacheEntry,
-    Context,
-    InputPort,
-    LeafSystem,
-    ValueProducer,
-)
+from pydrake.systems.framework import CacheEntry, LeafSystem, ValueProducer
 
 from dual_proxy import _core
 from dual_proxy.panda import NUM_JOINTS, PandaModel, PandaTerms
 from dual_proxy.systems._face import (
+    Context,
     Face,
+    InputPort,
+    Output,
     Stepped,
     Vector,
     matrix,
@@ -52,7 +50,7 @@ def declare_model_terms(
 ) -> CacheEntry:
     """Declares a cache entry with the model terms at the port's [q; v]."""
 
-    def calc(context: Context, value: AbstractValue) -> None:
+    def calc(context: Context, value: Output) -> None:
         value.set_value(model_terms(model, robot_state.Eval(context)))
 
     return system.DeclareCacheEntry(
@@ -96,13 +94,14 @@ class ArmKinematics(LeafSystem):
             {self._terms.ticket(), self._robot_state.ticket()},
         )
 
-    def _calc_pose(self, context: Context, output: AbstractValue) -> None:
-        terms: PandaTerms = self._terms.Eval(context)
+    def _calc_pose(self, context: Context, output: Output) -> None:
+        terms: Any = self._terms.Eval(context)
         output.set_value(rigid_transform(terms.p_BE, terms.R_BE))
 
-    def _calc_velocity(self, context: Context, output: BasicVector) -> None:
-        terms: PandaTerms = self._terms.Eval(context)
-        v = self._robot_state.Eval(context)[NUM_JOINTS:]
+    def _calc_velocity(self, context: Context, output: Output) -> None:
+        terms: Any = self._terms.Eval(context)
+        x: Any = self._robot_state.Eval(context)
+        v = x[NUM_JOINTS:]
         output.SetFromVector(_core.RobotSide.calc_twist(terms.J_BE, v))
 
 
@@ -170,12 +169,10 @@ class OperationalSpaceController(Face):
             ("observed_energy", 1),
             ("injected_damping", 1),
         ):
-            self._declare_vector_output(
-                name, size, lambda state, name=name: getattr(state.output, name)
-            )
+            self._declare_vector_output(name, size, attrgetter(f"output.{name}"))
 
     def _step(self, context: Context, state: Stepped) -> None:
-        x = self._robot_state.Eval(context)
+        x: Any = self._robot_state.Eval(context)
         terms = model_terms(self._model, x)
         state.output = self._controller.update(
             terms.J_BE,

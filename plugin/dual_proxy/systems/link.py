@@ -3,15 +3,25 @@
 
 from __future__ import annotations
 
-import math
 from copy import deepcopy
 from typing import Any
 
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context
 
 from dual_proxy import _core
-from dual_proxy.systems._face import Face, check_positive, matrix, pose
+from dual_proxy.systems._face import (
+    Context,
+    Face,
+    Output,
+    check_positive,
+    matrix,
+    pose,
+)
+
+#: When the channel looks for a message, in periods after each multiple of its
+#: interval: more than the half that the sender may be late, and between steps
+#: for every rate in use.
+_LOOK = 0.6
 
 
 class PoseSender(Face):
@@ -67,17 +77,21 @@ class CommunicationChannel(Face):
     - message   # of the same type: the newest that has arrived
     @endsystem
 
-    Looks for a new message at `offset`, `offset` + 1/`rate`, ...; an offset of
-    one control period takes a sender's message in the very period after it was
-    made. What has arrived is a function of time, so the output needs no step
-    in between. Before the first arrival it is the empty message (sequence -1).
+    A message that the sender makes in a step at t is there for the receiver's
+    first step after t + delay: with the delay a multiple of the control period,
+    always one step later, as if the delay were zero and the two sides were
+    neighbours. For that the channel looks for a new message between two steps,
+    0.6 periods after each multiple of 1/`rate`: the sender, which starts at
+    time 0, has then taken its step nearest to it. What has arrived is a
+    function of time, so the output needs no step in between. Before the first
+    arrival it is the empty message (sequence -1).
 
     Parameters
     ----------
     params : CommunicationChannelParams, delay and its disturbances.
     seed : of jitter and loss.
     rate : Hz, > 0, how often the input is looked at: the sender's rate.
-    offset : s, >= 0, of the first look.
+    period : s, > 0, of the two sides' steps.
     message : PoseMessage() or ForceMessage(), the type that is carried.
     """
 
@@ -86,16 +100,12 @@ class CommunicationChannel(Face):
         params: _core.CommunicationChannelParams | None = None,
         seed: int = 0,
         rate: float = 50.0,
-        offset: float = 0.001,
+        period: float = 0.001,
         message: _core.PoseMessage | _core.ForceMessage | None = None,
     ) -> None:
         super().__init__(feedthrough=False)
         check_positive("CommunicationChannel", "rate", rate)
-        if not 0 <= offset < math.inf:
-            raise ValueError(
-                "CommunicationChannel: `offset` expected a finite number >= 0, "
-                f"got {offset}"
-            )
+        check_positive("CommunicationChannel", "period", period)
         model = message if message is not None else _core.PoseMessage()
         params = deepcopy(params or _core.CommunicationChannelParams())
         self._channel: _core.CommunicationChannel | _core.ForceCommunicationChannel = (
@@ -104,7 +114,7 @@ class CommunicationChannel(Face):
             else _core.CommunicationChannel(params)
         )
         self._message = self._declare_object_input("message", model)
-        self._declare_memory(self._channel.make_state(seed), 1.0 / rate, offset)
+        self._declare_memory(self._channel.make_state(seed), 1.0 / rate, _LOOK * period)
         self.DeclareAbstractOutputPort(
             "message",
             lambda: AbstractValue.Make(model),
@@ -115,7 +125,7 @@ class CommunicationChannel(Face):
     def _step(self, context: Context, state: Any) -> None:
         self._channel.send(context.get_time(), self._message.Eval(context), state)
 
-    def _calc_message(self, context: Context, output: AbstractValue) -> None:
+    def _calc_message(self, context: Context, output: Output) -> None:
         output.set_value(
             self._channel.receive(context.get_time(), self._result(context))
         )

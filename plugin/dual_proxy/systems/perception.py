@@ -7,10 +7,14 @@ from copy import deepcopy
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import Context
 
 from dual_proxy import _core
-from dual_proxy.systems._face import Face, check_positive, vector
+from dual_proxy.systems._face import (
+    Context,
+    Face,
+    check_positive,
+    vector,
+)
 
 
 class ForceSpaceParticleFilter(Face):
@@ -76,9 +80,8 @@ class ForceSpaceParticleFilter(Face):
     def _step(self, context: Context, state: Any) -> None:
         if self._prior.HasValue(context):
             self._filter.offer_prior(self._prior.Eval(context), state)
-        self._filter.update(
-            *(vector(port, context) for port in self._inputs_3), state
-        )
+        inputs: Any = [vector(port, context) for port in self._inputs_3]
+        self._filter.update(*inputs, state)
 
 
 class WindowMean(Face):

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 from copy import deepcopy
+from operator import attrgetter
 from typing import Any
-
-from pydrake.systems.framework import Context
 
 from dual_proxy import _core
 from dual_proxy.systems._face import (
     LINK_STATUS_FIELDS,
+    Context,
     Face,
     check_positive,
     link_status,
@@ -72,9 +72,7 @@ class RobotSideProxy(Face):
             "reference_force",
             "reference_moment",
         ):
-            self._declare_vector_output(
-                name, 3, lambda state, name=name: getattr(state.output, name)
-            )
+            self._declare_vector_output(name, 3, attrgetter(f"output.{name}"))
         self._declare_pose_output("proxy_pose", lambda state: state.output.proxy_pose)
         self._declare_vector_output(
             "link_status",
@@ -82,9 +80,7 @@ class RobotSideProxy(Face):
             lambda state: link_status(state.link),
         )
         for name in ("proxy_velocity", "proxy_acceleration"):
-            self._declare_vector_output(
-                name, 6, lambda state, name=name: getattr(state.output, name)
-            )
+            self._declare_vector_output(name, 6, attrgetter(f"output.{name}"))
 
     def _step(self, context: Context, state: Any) -> None:
         sensed = None
@@ -133,9 +129,7 @@ class HapticSideProxy(Face):
         self._pose = self._declare_pose_input("device_pose")
         self._declare_memory(self._proxy.make_state(), self._proxy.params.period)
         for name in ("reference_force", "reference_moment"):
-            self._declare_vector_output(
-                name, 3, lambda state, name=name: getattr(state.output, name)
-            )
+            self._declare_vector_output(name, 3, attrgetter(f"output.{name}"))
         self._declare_pose_output("proxy_pose", lambda state: state.output.proxy_pose)
         self._declare_vector_output(
             "force_selection", 9, lambda state: state.output.force_selection
@@ -200,5 +194,3 @@ class PositionForceHapticSide(Face):
 
     def _step(self, context: Context, state: Any) -> None:
         self._side.update(context.get_time(), self._message.Eval(context), state)
-
-

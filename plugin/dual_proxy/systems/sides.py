@@ -9,21 +9,19 @@ wired in a row, give the same bits.
 from __future__ import annotations
 
 from copy import deepcopy
+from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import (
-    BasicVector,
-    Context,
-    EventStatus,
-    LeafSystem,
-    State,
-)
+from pydrake.systems.framework import EventStatus, LeafSystem
 
 from dual_proxy import _core
-from dual_proxy.panda import NUM_JOINTS, PandaModel, PandaTerms
+from dual_proxy.panda import NUM_JOINTS, PandaModel
 from dual_proxy.systems._face import (
+    Context,
+    Output,
+    State,
     check_vector,
     matrix,
     message,
@@ -49,19 +47,15 @@ class _Side(LeafSystem):
         self._memory = self.DeclareAbstractState(AbstractValue.Make(start))
         self._signals = self.DeclareDiscreteState(size)
         self.DeclareStateOutputPort("signals", self._signals)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(
-            self._period, 0.0, self._advance
-        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(self._period, 0.0, self._advance)
 
     def _declare_slice(self, name: str) -> None:
         """Declares an output port with one of the signals."""
         where = self.layout[name]
         index = int(self._signals)
 
-        def calc(context: Context, output: BasicVector) -> None:
-            output.SetFromVector(
-                context.get_discrete_state(index).value()[where]
-            )
+        def calc(context: Context, output: Output) -> None:
+            output.SetFromVector(context.get_discrete_state(index).value()[where])
 
         self.DeclareVectorOutputPort(
             name,
@@ -71,8 +65,8 @@ class _Side(LeafSystem):
         )
 
     def _declare_message(self, name: str, model: object, attribute: str) -> None:
-        def calc(context: Context, output: AbstractValue) -> None:
-            state = context.get_abstract_state(self._memory).get_value()
+        def calc(context: Context, output: Output) -> None:
+            state = context.get_abstract_state(int(self._memory)).get_value()
             output.set_value(getattr(state.output, attribute))
 
         self.DeclareAbstractOutputPort(
@@ -141,7 +135,7 @@ class RobotSide(_Side):
         start = self._side.make_state()
         size = max(s.stop for s in self.layout.values())
         self._declare(start, size)
-        torque = np.zeros(NUM_JOINTS)
+        torque: Any = np.zeros(NUM_JOINTS)
         if q_start is not None:
             q = check_vector("RobotSide", "q_start", q_start, NUM_JOINTS)
             torque = -model.calc(q, np.zeros(NUM_JOINTS)).gravity
@@ -163,17 +157,18 @@ class RobotSide(_Side):
         ):
             self._declare_slice(signal)
 
-    def _calc_pose(self, context: Context, output: AbstractValue) -> None:
-        terms: PandaTerms = self._terms.Eval(context)
+    def _calc_pose(self, context: Context, output: Output) -> None:
+        terms: Any = self._terms.Eval(context)
         output.set_value(rigid_transform(terms.p_BE, terms.R_BE))
 
     def _advance(self, context: Context, state: State) -> EventStatus:
-        x = self._robot_state.Eval(context)
-        memory = state.get_mutable_abstract_state(self._memory).get_mutable_value()
+        x: Any = self._robot_state.Eval(context)
+        terms: Any = self._terms.Eval(context)
+        memory = state.get_mutable_abstract_state(int(self._memory)).get_mutable_value()
         self._side.update(
             context.get_time(),
             message(self._message, context, _EMPTY),
-            *self._terms.Eval(context),
+            *terms,
             x[:NUM_JOINTS],
             x[NUM_JOINTS:],
             matrix(self._force_selection, context),
@@ -231,7 +226,7 @@ class HapticSide(_Side):
         self._declare_message("message", _core.PoseMessage(), "message")
 
     def _advance(self, context: Context, state: State) -> EventStatus:
-        memory = state.get_mutable_abstract_state(self._memory).get_mutable_value()
+        memory = state.get_mutable_abstract_state(int(self._memory)).get_mutable_value()
         self._side.update(
             context.get_time(),
             message(self._message, context, _EMPTY),

@@ -7,10 +7,16 @@ from copy import deepcopy
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import Context
 
 from dual_proxy import _core
-from dual_proxy.systems._face import Face, Vector, check_vector, pose, vector
+from dual_proxy.systems._face import (
+    Context,
+    Face,
+    Vector,
+    check_vector,
+    pose,
+    vector,
+)
 
 
 class ForceTorqueSensor(Face):
@@ -96,16 +102,12 @@ class SimulatedHapticDevice(Face):
         )
         self._path = path
         self._wrench = self.DeclareVectorInputPort("device_wrench", 6)
-        self._declare_memory(
-            self._device.make_state(), self._device.params.period
-        )
+        self._declare_memory(self._device.make_state(), self._device.params.period)
         self._declare_pose_output("device_pose", lambda state: state.read_pose)
         self._declare_vector_output(
             "device_velocity", 6, lambda state: state.read_velocity
         )
-        self._declare_vector_output(
-            "hand_position", 3, lambda state: state.intended.p
-        )
+        self._declare_vector_output("hand_position", 3, lambda state: state.intended.p)
 
     def _step(self, context: Context, state: Any) -> None:
         position, velocity = self._path.calc(context.get_time())

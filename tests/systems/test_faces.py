@@ -1,0 +1,1065 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The pydrake faces: ports, start-up, reset, clone, bad values."""
+
+import copy
+import math
+import re
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem, PortDataType
+from pydrake.systems.primitives import ConstantVectorSource
+
+from dual_proxy import _core, systems
+from dual_proxy.panda import NUM_JOINTS, Q_REST, PandaModel
+
+ALONG_Z = np.diag([0.0, 0.0, 1.0])
+NAN_POSE = RigidTransform(np.full(3, np.nan))
+STATUS_SIZE = len(systems.LINK_STATUS_FIELDS)
+START = np.array([0.45, 0.0, 0.18])
+R_DOWN = np.diag([1.0, -1.0, -1.0])
+
+
+@cache
+def panda():
+    return PandaModel()
+
+
+def robot_side_params():
+    params = _core.RobotSideParams()
+    params.proxy = robot_proxy_params()
+    return params
+
+
+def robot_proxy_params():
+    params = _core.RobotSideProxyParams()
+    params.map.p_cw = START
+    params.map.R_cw = R_DOWN
+    return params
+
+
+def operator_path():
+    return _core.OperatorPath(
+        [0.0, 0.5], np.array([[0.0, 0.02], [0.0, 0.0], [0.0, -0.02]]), "minimum_jerk"
+    )
+
+
+# What stands at the input ports, as functions of time.
+
+
+def pose_message(t, selection=ALONG_Z):
+    """From a side that sends at 50 Hz without delay."""
+    sequence = math.floor(t * 50 + 1e-9)
+    return _core.PoseMessage(
+        sequence=sequence,
+        send_time=sequence / 50,
+        pose=_core.Pose(p=np.array([0.01 * math.sin(3 * t), 0.0, -0.01 * t])),
+        force_selection=selection,
+    )
+
+
+def robot_message(t):
+    message = pose_message(t)
+    message.pose = _core.Pose(
+        p=START + np.array([0.0, 0.0, 0.01 * math.sin(5 * t)]), R=R_DOWN
+    )
+    return message
+
+
+def force_message(t):
+    sequence = math.floor(t * 50 + 1e-9)
+    return _core.ForceMessage(
+        sequence=sequence,
+        send_time=sequence / 50,
+        force=np.array([0.0, 1.0, -5.0 * math.sin(t)]),
+    )
+
+
+def robot_pose(t):
+    return RigidTransform(
+        RotationMatrix(R_DOWN), START + np.array([0.0, 0.0, -0.01 * t])
+    )
+
+
+def device_pose(t):
+    return RigidTransform(np.array([0.0, 0.001 * math.sin(t), -0.01 * t]))
+
+
+def robot_state(t):
+    q = Q_REST + 0.05 * math.sin(2 * t)
+    return np.concatenate([q, np.full(NUM_JOINTS, 0.1 * math.cos(2 * t))])
+
+
+def wave(*amplitudes):
+    return lambda t: np.array(amplitudes) * math.sin(7 * t + 0.3)
+
+
+def selection(t):
+    return ALONG_Z.ravel() * (t > 0.1)
+
+
+def no_selection(t):
+    return np.zeros(9)
+
+
+def wrench(t):
+    return np.array([0.1, 0.2, -5 - math.sin(t), 0.0, 0.01, 0.0])
+
+
+def prior(t):
+    return np.array([[0.0], [0.0], [-1.0]])
+
+
+@dataclass
+class Entry:
+    """A row of the table: a face, its ports in order, what feeds them.
+
+    A port is name -> size, or type of the abstract value. `inputs` and
+    `outputs` are the public ports that no version may change; what follows them
+    in the face is in `more_inputs` and `more_outputs`.
+    """
+
+    make: object
+    inputs: dict
+    outputs: dict
+    sources: dict
+    more_inputs: dict = field(default_factory=dict)
+    more_outputs: dict = field(default_factory=dict)
+    feedthrough: bool = False
+    # Outputs that go to hardware or to a plant.
+    acting: tuple = ()
+
+
+Message, Force, Transform = _core.PoseMessage, _core.ForceMessage, RigidTransform
+
+FACES = {
+    "RobotSideProxy": Entry(
+        make=lambda: systems.RobotSideProxy(robot_proxy_params()),
+        inputs={
+            "haptic_message": Message,
+            "robot_pose": Transform,
+            "force_selection": 9,
+            "moment_selection": 9,
+        },
+        more_inputs={"sensed_wrench": 6},
+        outputs={
+            "motion_error": 3,
+            "rotation_error": 3,
+            "reference_force": 3,
+            "reference_moment": 3,
+            "proxy_pose": Transform,
+            "link_status": STATUS_SIZE,
+        },
+        more_outputs={"proxy_velocity": 6, "proxy_acceleration": 6},
+        sources={
+            "haptic_message": pose_message,
+            "robot_pose": robot_pose,
+            "force_selection": selection,
+            "moment_selection": no_selection,
+            "sensed_wrench": wrench,
+        },
+        feedthrough=True,
+        acting=(
+            "motion_error",
+            "rotation_error",
+            "reference_force",
+            "reference_moment",
+            "proxy_pose",
+            "proxy_velocity",
+            "proxy_acceleration",
+        ),
+    ),
+    "HapticSideProxy": Entry(
+        make=systems.HapticSideProxy,
+        inputs={"robot_message": Message, "device_pose": Transform},
+        outputs={
+            "reference_force": 3,
+            "reference_moment": 3,
+            "proxy_pose": Transform,
+            "force_selection": 9,
+            "link_status": STATUS_SIZE,
+        },
+        sources={"robot_message": robot_message, "device_pose": device_pose},
+        feedthrough=True,
+        acting=("reference_force", "reference_moment", "force_selection"),
+    ),
+    "CommunicationChannel": Entry(
+        make=lambda: systems.CommunicationChannel(
+            _core.CommunicationChannelParams(delay=0.03, jitter=0.01, loss=0.1), 3
+        ),
+        inputs={"message": Message},
+        outputs={"message": Message},
+        sources={"message": pose_message},
+        acting=("message",),
+    ),
+    "ForceSpaceParticleFilter": Entry(
+        make=lambda: systems.ForceSpaceParticleFilter(
+            _core.ForceSpaceParticleFilterParams(num_particles=100, period=0.02), 5
+        ),
+        inputs={
+            "sensed_force": 3,
+            "velocity": 3,
+            "motion_force": 3,
+            "contact_force": 3,
+            "prior": np.ndarray,
+        },
+        outputs={"force_selection": 9, "dimension": 1, "particles": 300},
+        more_outputs={"force_direction": 3},
+        sources={
+            "sensed_force": lambda t: np.array([0.3, 0.0, -8.0]),
+            "velocity": wave(0.001, 0.001, 0.0),
+            "motion_force": lambda t: np.array([0.0, 1.0, -9.0]),
+            "contact_force": lambda t: np.array([0.0, 0.0, -3.0]),
+            "prior": prior,
+        },
+        acting=("force_selection", "dimension", "particles", "force_direction"),
+    ),
+    "OperationalSpaceController": Entry(
+        make=lambda: systems.OperationalSpaceController(panda()),
+        inputs={
+            "robot_state": 14,
+            "motion_error": 3,
+            "rotation_error": 3,
+            "reference_force": 3,
+            "reference_moment": 3,
+            "force_selection": 9,
+            "moment_selection": 9,
+            "sensed_wrench": 6,
+        },
+        more_inputs={"proxy_velocity": 6, "proxy_acceleration": 6},
+        outputs={
+            "torque": 7,
+            "motion_force": 3,
+            "contact_force": 3,
+            "observed_energy": 1,
+        },
+        more_outputs={"injected_damping": 1},
+        sources={
+            "robot_state": robot_state,
+            "motion_error": wave(0.001, 0.002, -0.001),
+            "rotation_error": wave(0.01, 0.0, 0.02),
+            "reference_force": lambda t: np.array([0.0, 0.0, -4.0]),
+            "reference_moment": wave(0.1, 0.0, 0.0),
+            "force_selection": selection,
+            "moment_selection": no_selection,
+            "sensed_wrench": wrench,
+            "proxy_velocity": wave(0.01, 0.0, 0.01, 0.0, 0.0, 0.1),
+            "proxy_acceleration": wave(0.1, 0.0, 0.1, 0.0, 0.0, 0.1),
+        },
+        feedthrough=True,
+        acting=("torque", "motion_force", "contact_force", "observed_energy"),
+    ),
+    "HapticController": Entry(
+        make=systems.HapticController,
+        inputs={
+            "reference_force": 3,
+            "reference_moment": 3,
+            "device_velocity": 6,
+            "force_selection": 9,
+        },
+        outputs={"device_wrench": 6},
+        sources={
+            "reference_force": wave(1.0, 2.0, 3.0),
+            "reference_moment": wave(0.1, 0.1, 0.1),
+            "device_velocity": wave(0.1, 0.0, 0.1, 0.0, 0.0, 0.0),
+            "force_selection": selection,
+        },
+        feedthrough=True,
+        acting=("device_wrench",),
+    ),
+    "PositionForceHapticSide": Entry(
+        make=systems.PositionForceHapticSide,
+        inputs={"force_message": Force},
+        outputs={"device_wrench": 6, "link_status": STATUS_SIZE},
+        sources={"force_message": force_message},
+        feedthrough=True,
+        acting=("device_wrench",),
+    ),
+    "PoseSender": Entry(
+        make=systems.PoseSender,
+        inputs={"pose": Transform, "force_selection": 9, "moment_selection": 9},
+        outputs={"message": Message},
+        sources={
+            "pose": robot_pose,
+            "force_selection": selection,
+            "moment_selection": no_selection,
+        },
+        acting=("message",),
+    ),
+    "WindowMean": Entry(
+        make=lambda: systems.WindowMean(window=0.05),
+        inputs={"value": 3},
+        outputs={"mean": 3},
+        sources={"value": wave(1.0, 2.0, -3.0)},
+        acting=("mean",),
+    ),
+    "ArmKinematics": Entry(
+        make=lambda: systems.ArmKinematics(panda()),
+        inputs={"robot_state": 14},
+        outputs={"robot_pose": Transform, "robot_velocity": 6},
+        sources={"robot_state": robot_state},
+        feedthrough=True,
+    ),
+    "ForceTorqueSensor": Entry(
+        make=lambda: systems.ForceTorqueSensor(p_SE=[0.0, 0.0, 0.1], seed=4),
+        inputs={"reaction": 6, "robot_pose": Transform},
+        outputs={"sensed_wrench": 6},
+        sources={"reaction": wrench, "robot_pose": robot_pose},
+        acting=("sensed_wrench",),
+    ),
+    "SimulatedHapticDevice": Entry(
+        make=lambda: systems.SimulatedHapticDevice(operator_path()),
+        inputs={"device_wrench": 6},
+        outputs={
+            "device_pose": Transform,
+            "device_velocity": 6,
+            "hand_position": 3,
+        },
+        sources={"device_wrench": wave(0.0, 1.0, 2.0, 0.0, 0.0, 0.0)},
+        acting=("device_pose", "device_velocity", "hand_position"),
+    ),
+    "RobotSide": Entry(
+        make=lambda: systems.RobotSide(panda(), robot_side_params(), Q_REST),
+        inputs={
+            "haptic_message": Message,
+            "robot_state": 14,
+            "sensed_wrench": 6,
+            "force_selection": 9,
+            "moment_selection": 9,
+        },
+        outputs={
+            "signals": _core.RobotSide.output_size(),
+            "torque": 7,
+            "robot_pose": Transform,
+            "message": Message,
+            "force_message": Force,
+            "mean_sensed_force": 3,
+            "mean_velocity": 3,
+            "mean_motion_force": 3,
+            "mean_contact_force": 3,
+        },
+        sources={
+            "haptic_message": pose_message,
+            "robot_state": robot_state,
+            "sensed_wrench": wrench,
+            "force_selection": selection,
+            "moment_selection": no_selection,
+        },
+        feedthrough=True,  # robot_state -> robot_pose only.
+        acting=(
+            "torque",
+            "message",
+            "force_message",
+            "mean_sensed_force",
+            "mean_velocity",
+            "mean_motion_force",
+            "mean_contact_force",
+        ),
+    ),
+    "HapticSide": Entry(
+        make=systems.HapticSide,
+        inputs={
+            "robot_message": Message,
+            "device_pose": Transform,
+            "device_velocity": 6,
+        },
+        outputs={
+            "signals": _core.HapticSide.output_size(),
+            "device_wrench": 6,
+            "message": Message,
+        },
+        sources={
+            "robot_message": robot_message,
+            "device_pose": device_pose,
+            "device_velocity": wave(0.1, 0.0, 0.1, 0.0, 0.0, 0.0),
+        },
+        acting=("device_wrench", "message"),
+    ),
+}
+
+every_face = pytest.mark.parametrize("name", FACES)
+
+
+class Source(LeafSystem):
+    """A port whose value is a function of time."""
+
+    def __init__(self, function):
+        super().__init__()
+        start = function(0.0)
+        if isinstance(start, np.ndarray) and start.ndim == 1:
+            self.DeclareVectorOutputPort(
+                "value",
+                start.size,
+                lambda context, out: out.SetFromVector(function(context.get_time())),
+            )
+        else:
+            self.DeclareAbstractOutputPort(
+                "value",
+                lambda: AbstractValue.Make(start),
+                lambda context, out: out.set_value(function(context.get_time())),
+            )
+
+
+def build(entry, sources=None, leave_out=()):
+    """A diagram of the face and its sources, with all outputs exported."""
+    builder = DiagramBuilder()
+    face = builder.AddSystem(entry.make())
+    for port, function in {**entry.sources, **(sources or {})}.items():
+        if port not in leave_out:
+            source = builder.AddSystem(Source(function))
+            builder.Connect(source.get_output_port(), face.GetInputPort(port))
+    for i in range(face.num_output_ports()):
+        port = face.get_output_port(i)
+        builder.ExportOutput(port, port.get_name())
+    return builder.Build()
+
+
+def flat(value):
+    """Every number of a port's value."""
+    if isinstance(value, RigidTransform):
+        return value.GetAsMatrix4().ravel()
+    if isinstance(value, _core.PoseMessage):
+        return np.concatenate(
+            [
+                [value.sequence, value.send_time],
+                value.pose.p,
+                value.pose.R.ravel(),
+                value.force_selection.ravel(),
+                value.moment_selection.ravel(),
+            ]
+        )
+    if isinstance(value, _core.ForceMessage):
+        return np.array([value.sequence, value.send_time, *value.force])
+    return np.asarray(value)
+
+
+def read(diagram, context):
+    return {
+        diagram.get_output_port(i).get_name(): flat(
+            diagram.get_output_port(i).Eval(context)
+        )
+        for i in range(diagram.num_output_ports())
+    }
+
+
+def simulate(simulator, stop, step=0.0105):
+    """Advances, and returns the outputs on the way as one array."""
+    rows = []
+    context = simulator.get_context()
+    while context.get_time() < stop - 1e-9:
+        simulator.AdvanceTo(min(context.get_time() + step, stop))
+        outputs = read(simulator.get_system(), context)
+        rows.append(np.concatenate(list(outputs.values())))
+    return np.array(rows)
+
+
+# Ports.
+
+
+def port_table(face, ports):
+    table = {}
+    for port in ports:
+        if port.get_data_type() == PortDataType.kVectorValued:
+            table[port.get_name()] = port.size()
+        elif port in [face.get_output_port(i) for i in range(face.num_output_ports())]:
+            table[port.get_name()] = type(port.Allocate().get_value())
+        else:
+            table[port.get_name()] = type(face.AllocateInputAbstract(port).get_value())
+    return table
+
+
+@every_face
+def test_ports_are_those_of_the_table(name):
+    entry = FACES[name]
+    face = entry.make()
+    inputs = [face.get_input_port(i) for i in range(face.num_input_ports())]
+    outputs = [face.get_output_port(i) for i in range(face.num_output_ports())]
+    expected = {**entry.inputs, **entry.more_inputs}
+    assert list(port_table(face, inputs).items()) == list(expected.items())
+    expected = {**entry.outputs, **entry.more_outputs}
+    assert list(port_table(face, outputs).items()) == list(expected.items())
+
+
+@every_face
+def test_docstring_lists_the_ports(name):
+    entry = FACES[name]
+    text = getattr(systems, name).__doc__
+    block = re.search(r"@system\n(.*?)@endsystem", text, re.DOTALL).group(1)
+    assert re.search(r"name: (\w+)", block).group(1) == name
+    inputs, outputs = block.split("output_ports:")
+    listed = [
+        re.findall(r"^ *- (\w+)", part, re.MULTILINE) for part in (inputs, outputs)
+    ]
+    assert listed[0] == [*entry.inputs, *entry.more_inputs]
+    assert listed[1] == [*entry.outputs, *entry.more_outputs]
+
+
+@every_face
+def test_feedthrough_is_as_documented(name):
+    entry = FACES[name]
+    assert entry.make().HasAnyDirectFeedthrough() == entry.feedthrough
+
+
+def test_every_face_is_in_the_table():
+    faces = {
+        name
+        for name in systems.__all__
+        if isinstance(getattr(systems, name), type)
+        and issubclass(getattr(systems, name), LeafSystem)
+    }
+    assert faces == set(FACES)
+
+
+# State in the Context.
+
+
+@every_face
+def test_reset_gives_the_same_bits(name):
+    diagram = build(FACES[name])
+    simulator = Simulator(diagram)
+    first = simulate(simulator, 0.25)
+    simulator.reset_context(diagram.CreateDefaultContext())
+    simulator.Initialize()
+    np.testing.assert_array_equal(simulate(simulator, 0.25), first)
+    assert np.any(first != first[0])
+
+
+@every_face
+def test_clone_continues_with_the_same_bits(name):
+    diagram = build(FACES[name])
+    simulator = Simulator(diagram)
+    simulate(simulator, 0.1205)
+    clone = Simulator(diagram, simulator.get_context().Clone())
+    # First the clone: it shares nothing with the original.
+    theirs = simulate(clone, 0.25)
+    np.testing.assert_array_equal(simulate(simulator, 0.25), theirs)
+
+
+@every_face
+def test_context_of_another_instance_is_independent(name):
+    first, second = build(FACES[name]), build(FACES[name])
+    expected = simulate(Simulator(first), 0.15)
+    simulator = Simulator(first)
+    simulate(simulator, 0.05)
+    np.testing.assert_array_equal(simulate(Simulator(second), 0.15), expected)
+
+
+def test_reading_outputs_changes_nothing():
+    entry = FACES["OperationalSpaceController"]
+    diagram = build(entry)
+    watched, unwatched = Simulator(diagram), Simulator(diagram)
+    simulate(watched, 0.2, step=0.0005)
+    unwatched.AdvanceTo(0.2)
+    a = read(diagram, watched.get_context())
+    b = read(diagram, unwatched.get_context())
+    for name, value in a.items():
+        np.testing.assert_array_equal(value, b[name], err_msg=name)
+
+
+def test_step_stands_for_the_rest_of_its_instant():
+    diagram = build(FACES["HapticSideProxy"])
+    context = diagram.CreateDefaultContext()
+    before = read(diagram, context)
+    simulator = Simulator(diagram, context)
+    simulator.AdvancePendingEvents()
+    face = diagram.GetSystems()[0]
+    face_context = face.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    # What the plant does within the instant makes no second step.
+    port = face.GetInputPort("device_pose")
+    port.FixValue(face_context, RigidTransform([0.0, 0.0, 0.05]))
+    after = read(diagram, simulator.get_context())
+    for name, value in before.items():
+        np.testing.assert_array_equal(after[name], value, err_msg=name)
+    simulator.AdvanceTo(0.0005)
+    # A second step's worth, at 20 N/s.
+    np.testing.assert_allclose(
+        flat(face.GetOutputPort("reference_force").Eval(face_context)),
+        [0.0, 0.0, 0.04],
+        atol=1e-12,
+    )
+
+
+def test_params_are_copied():
+    params = robot_proxy_params()
+    face = systems.RobotSideProxy(params)
+    before = face._proxy.params.stiffness
+    params.stiffness = 1.0
+    assert face._proxy.params.stiffness == before != 1.0
+
+
+# Values before the first step.
+
+
+def start_values(name):
+    diagram = build(FACES[name])
+    return read(diagram, diagram.CreateDefaultContext())
+
+
+@pytest.mark.parametrize("name", ["CommunicationChannel", "PoseSender", "HapticSide"])
+def test_message_is_empty_at_the_start(name):
+    assert start_values(name)["message"][0] == -1
+
+
+def test_filter_starts_without_contact():
+    values = start_values("ForceSpaceParticleFilter")
+    for name, value in values.items():
+        np.testing.assert_array_equal(value, 0, err_msg=name)
+
+
+@pytest.mark.parametrize("name", ["HapticSide", "ForceTorqueSensor", "WindowMean"])
+def test_starts_at_zero(name):
+    port = FACES[name].acting[0]
+    np.testing.assert_array_equal(start_values(name)[port], 0)
+
+
+def test_robot_side_holds_the_arm_at_the_start():
+    gravity = panda().calc(Q_REST, np.zeros(NUM_JOINTS)).gravity
+    values = start_values("RobotSide")
+    np.testing.assert_array_equal(values["torque"], -gravity)
+    np.testing.assert_array_equal(values["signals"], 0)
+
+
+def test_device_starts_at_its_home():
+    values = start_values("SimulatedHapticDevice")
+    np.testing.assert_array_equal(values["device_pose"], np.eye(4).ravel())
+    np.testing.assert_array_equal(values["device_velocity"], 0)
+
+
+def test_robot_proxy_starts_at_the_robot():
+    values = start_values("RobotSideProxy")
+    np.testing.assert_allclose(values["motion_error"], 0, atol=1e-6)
+    np.testing.assert_array_equal(values["reference_force"], 0)
+
+
+# Optional ports.
+
+
+@pytest.mark.parametrize(
+    ("name", "port"),
+    [
+        ("RobotSideProxy", "haptic_message"),
+        ("RobotSideProxy", "force_selection"),
+        ("RobotSideProxy", "moment_selection"),
+        ("RobotSideProxy", "sensed_wrench"),
+        ("HapticSideProxy", "robot_message"),
+        ("ForceSpaceParticleFilter", "prior"),
+        *[
+            ("OperationalSpaceController", port)
+            for port in FACES["OperationalSpaceController"].sources
+            if port != "robot_state"
+        ],
+        ("HapticController", "reference_force"),
+        ("HapticController", "reference_moment"),
+        ("HapticController", "device_velocity"),
+        ("HapticController", "force_selection"),
+        ("PoseSender", "force_selection"),
+        ("PoseSender", "moment_selection"),
+        ("SimulatedHapticDevice", "device_wrench"),
+        ("RobotSide", "haptic_message"),
+        ("RobotSide", "sensed_wrench"),
+        ("RobotSide", "force_selection"),
+        ("RobotSide", "moment_selection"),
+        ("HapticSide", "robot_message"),
+    ],
+)
+def test_optional_port(name, port):
+    entry = FACES[name]
+    diagram = build(entry, leave_out=[port])
+    rows = simulate(Simulator(diagram), 0.15)
+    assert np.all(np.isfinite(rows))
+    if isinstance(entry.inputs.get(port, 0), int) and port != "sensed_wrench":
+        # The same as zeros.
+        zeros = np.zeros({**entry.inputs, **entry.more_inputs}[port])
+        with_zeros = build(entry, {port: lambda t: zeros})
+        np.testing.assert_array_equal(rows, simulate(Simulator(with_zeros), 0.15))
+
+
+def test_sides_without_messages_wait_and_send():
+    for name, port in (
+        ("RobotSide", "haptic_message"),
+        ("HapticSide", "robot_message"),
+    ):
+        diagram = build(FACES[name], leave_out=[port])
+        simulator = Simulator(diagram)
+        simulator.AdvanceTo(0.1)
+        outputs = read(diagram, simulator.get_context())
+        layout = diagram.GetSystems()[0].layout
+        side = "robot" if name == "RobotSide" else "haptic"
+        status = outputs["signals"][layout[f"{side}_link_status"]]
+        assert status == int(_core.LinkStatus.WAITING)
+        assert outputs["message"][0] == 4
+
+
+def test_without_a_message_there_is_no_force_on_the_hand():
+    diagram = build(FACES["HapticSide"], leave_out=["robot_message"])
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.1)
+    np.testing.assert_array_equal(
+        read(diagram, simulator.get_context())["device_wrench"], 0
+    )
+
+
+# Values that are none.
+
+
+def spoil(function, bad):
+    """The function of time from 0.05 to 0.12 s with `bad` in its place."""
+    start = function(0.0)
+    if isinstance(start, RigidTransform):
+        wrong = RigidTransform(np.full(3, bad))
+    elif isinstance(start, _core.PoseMessage):
+        wrong = _core.PoseMessage(
+            sequence=99, send_time=0.05, pose=_core.Pose(p=np.full(3, bad))
+        )
+    elif isinstance(start, _core.ForceMessage):
+        wrong = _core.ForceMessage(sequence=99, send_time=0.05, force=np.full(3, bad))
+    else:
+        wrong = np.full_like(start, bad)
+    return lambda t: wrong if 0.05 <= t < 0.12 else function(t)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize(
+    ("name", "port"),
+    [(name, port) for name, entry in FACES.items() for port in entry.sources],
+)
+def test_bad_values_never_raise_and_never_get_through(name, port, bad):
+    entry = FACES[name]
+    diagram = build(entry, {port: spoil(entry.sources[port], bad)})
+    simulator = Simulator(diagram)
+    context = simulator.get_context()
+    for stop in (0.0495, 0.0505, 0.07, 0.1, 0.1195, 0.1205, 0.2):
+        simulator.AdvanceTo(stop)
+        outputs = read(diagram, context)
+        for output in entry.acting:
+            assert np.all(np.isfinite(outputs[output])), (output, stop)
+
+
+@pytest.mark.parametrize("name", ["OperationalSpaceController", "RobotSide"])
+def test_torque_is_held_while_the_robot_state_is_none(name):
+    entry = FACES[name]
+    diagram = build(entry, {"robot_state": spoil(entry.sources["robot_state"], np.nan)})
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.0495)
+    simulator.AdvanceTo(0.0505 if name == "RobotSide" else 0.05)
+    first = read(diagram, simulator.get_context())["torque"]
+    simulator.AdvanceTo(0.11)
+    held = read(diagram, simulator.get_context())["torque"]
+    np.testing.assert_array_equal(held, first)
+    assert np.linalg.norm(held) > 1
+    simulator.AdvanceTo(0.2)
+    assert np.any(read(diagram, simulator.get_context())["torque"] != held)
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        np.full((3, 1), np.nan),
+        np.zeros((3, 1)),
+        np.ones((3, 9)),
+        np.ones(3),
+        "no normals",
+        None,
+    ],
+)
+def test_bad_prior_leaves_the_one_before(bad):
+    entry = FACES["ForceSpaceParticleFilter"]
+    good = build(entry)
+    spoiled = build(entry, {"prior": lambda t: prior(t) if t < 0.05 else bad})
+    expected = simulate(Simulator(good), 0.25)
+    simulator = Simulator(spoiled)
+    np.testing.assert_array_equal(simulate(simulator, 0.25), expected)
+    face = spoiled.GetSystems()[0]
+    context = face.GetMyContextFromRoot(simulator.get_context())
+    state = context.get_abstract_state(0).get_value()
+    assert state.bad_inputs == 10
+    assert state.updates == 13
+
+
+def test_rotation_that_drake_would_refuse():
+    # Drake wants 3e-14; over a link come rotations that are good to less.
+    angle = 0.3
+    R = np.array(
+        [
+            [math.cos(angle), -math.sin(angle), 0.0],
+            [math.sin(angle), math.cos(angle), 0.0],
+            [0.0, 0.0, 1.0],
+        ]
+    )
+    skewed = R + 1e-9 * np.arange(9).reshape(3, 3)
+
+    def message(t):
+        return _core.PoseMessage(
+            sequence=0, send_time=0.0, pose=_core.Pose(p=START, R=skewed)
+        )
+
+    diagram = build(FACES["HapticSideProxy"], {"robot_message": message})
+    outputs = read(diagram, diagram.CreateDefaultContext())
+    np.testing.assert_allclose(
+        outputs["proxy_pose"].reshape(4, 4)[:3, :3], R, atol=1e-7
+    )
+
+
+# Errors at construction.
+
+
+def make_channel(**kwargs):
+    return lambda: systems.CommunicationChannel(**kwargs)
+
+
+def filter_with(**kwargs):
+    def make():
+        params = _core.ForceSpaceParticleFilterParams()
+        for key, value in kwargs.items():
+            setattr(params, key, value)
+        systems.ForceSpaceParticleFilter(params)
+
+    return make
+
+
+def proxy_with_period(period):
+    params = _core.RobotSideProxyParams()
+    params.period = period
+    systems.RobotSideProxy(params)
+
+
+def controller_with_limit(limit):
+    params = _core.OperationalSpaceControllerParams()
+    params.torque_limit = limit
+    systems.OperationalSpaceController(panda(), params)
+
+
+@pytest.mark.parametrize(
+    ("make", "names"),
+    [
+        (make_channel(rate=0.0), ["CommunicationChannel", "rate", "0.0"]),
+        (make_channel(rate=math.nan), ["rate", "nan"]),
+        (make_channel(rate=math.inf), ["rate", "inf"]),
+        (make_channel(period=-0.1), ["CommunicationChannel", "period", "-0.1"]),
+        (lambda: systems.WindowMean(window=0.0), ["WindowMean", "window", "0"]),
+        (lambda: systems.WindowMean(period=-1.0), ["WindowMean", "period", "-1"]),
+        (
+            lambda: systems.PositionForceHapticSide(period=0.0),
+            ["PositionForceHapticSide", "period", "0.0"],
+        ),
+        (
+            lambda: systems.ForceTorqueSensor(p_SE=np.zeros(2)),
+            ["ForceTorqueSensor", "p_SE", "(3,)", "(2,)"],
+        ),
+        (
+            lambda: systems.ForceTorqueSensor(p_SE=[0.0, math.nan, 0.0]),
+            ["ForceTorqueSensor", "p_SE", "finite"],
+        ),
+        (
+            lambda: systems.RobotSide(panda(), q_start=np.zeros(6)),
+            ["RobotSide", "q_start", "(7,)", "(6,)"],
+        ),
+        (filter_with(num_particles=1), ["num_particles", "1"]),
+        (filter_with(period=-0.1), ["period", "-0.1"]),
+        (lambda: proxy_with_period(0.0), ["RobotSideProxyParams", "period", "0"]),
+        (lambda: controller_with_limit(np.zeros(7)), ["torque_limit"]),
+        (lambda: controller_with_limit(np.ones(6)), ["torque_limit", "(7,)", "(6,)"]),
+    ],
+)
+def test_errors_name_what_is_wrong(make, names):
+    pattern = ".*".join(re.escape(name) for name in names)
+    with pytest.raises(ValueError, match=pattern):
+        make()
+
+
+def test_wrong_size_at_a_port():
+    face = FACES["HapticController"].make()
+    context = face.CreateDefaultContext()
+    with pytest.raises((RuntimeError, SystemExit), match=r"reference_force|size"):
+        face.GetInputPort("reference_force").FixValue(context, np.zeros(2))
+
+
+# What single faces do.
+
+
+def test_filter_in_a_diagram_finds_the_table():
+    params = _core.ForceSpaceParticleFilterParams()
+    inputs = {
+        "sensed_force": [0.0, 0.0, -8.0],
+        "velocity": [0.0, 0.0, 0.0],
+        "motion_force": [0.0, 0.0, -10.0],
+        "contact_force": [0.0, 0.0, 0.0],
+    }
+    builder = DiagramBuilder()
+    face = builder.AddSystem(systems.ForceSpaceParticleFilter(params, seed=7))
+    for name, value in inputs.items():
+        source = builder.AddSystem(ConstantVectorSource(value))
+        builder.Connect(source.get_output_port(), face.GetInputPort(name))
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.98)
+    context = face.GetMyContextFromRoot(simulator.get_context())
+
+    algorithm = _core.ForceSpaceParticleFilter(params, seed=7)
+    for _ in range(15):  # At 0, 1/15, ..., 14/15 s.
+        algorithm.update(*(np.array(value) for value in inputs.values()))
+    assert face.GetOutputPort("dimension").Eval(context) == [1]
+    direction = face.GetOutputPort("force_direction").Eval(context)
+    assert direction @ [0, 0, -1] > math.cos(math.radians(5))
+    np.testing.assert_array_equal(
+        face.GetOutputPort("force_selection").Eval(context),
+        algorithm.force_selection.ravel(),
+    )
+    np.testing.assert_array_equal(
+        face.GetOutputPort("particles").Eval(context).reshape(-1, 3),
+        algorithm.particles.T,
+    )
+
+
+class Receiver(systems._face.Face):
+    """Notes the age of each new message in a side's step."""
+
+    def __init__(self):
+        super().__init__(feedthrough=False)
+        self.message = self._declare_object_input("message", _core.PoseMessage())
+        self._declare_memory([], 0.001)
+
+    def _step(self, context, state):
+        message = self.message.Eval(context)
+        if message.sequence > (state[-1][0] if state else -1):
+            state.append((message.sequence, context.get_time() - message.send_time))
+
+
+def received(rate, delay, duration):
+    """Sequence numbers and ages of what comes from a PoseSender."""
+    builder = DiagramBuilder()
+    pose = builder.AddSystem(Source(robot_pose))
+    sender = builder.AddSystem(systems.PoseSender(_core.PoseSenderParams(rate=rate)))
+    params = _core.CommunicationChannelParams(delay=delay)
+    channel = builder.AddSystem(systems.CommunicationChannel(params, 0, rate, 0.001))
+    receiver = builder.AddSystem(Receiver())
+    builder.Connect(pose.get_output_port(), sender.GetInputPort("pose"))
+    builder.Connect(sender.get_output_port(), channel.get_input_port())
+    builder.Connect(channel.get_output_port(), receiver.get_input_port())
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(duration)
+    context = receiver.GetMyContextFromRoot(simulator.get_context())
+    return np.transpose(context.get_abstract_state(0).get_value())
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.05, 0.15, 0.35])
+@pytest.mark.parametrize("rate", [5.0, 50.0, 500.0])
+def test_channel_delays_exactly_as_asked(rate, delay):
+    sequences, ages = received(rate, delay, delay + 0.6)
+    np.testing.assert_array_equal(sequences, np.arange(len(sequences)))
+    assert len(sequences) >= 0.6 * rate - 1
+    # One step after it was made, and the delay.
+    np.testing.assert_allclose(ages, delay + 0.001, rtol=0, atol=1e-9)
+
+
+# At these rates messages do not fall on the sides' steps.
+@pytest.mark.parametrize("rate", [60.0, 300.0])
+def test_channel_misses_no_message_at_odd_rates(rate):
+    sequences, ages = received(rate, 0.0, 1.0)
+    np.testing.assert_array_equal(sequences, np.arange(len(sequences)))
+    assert len(sequences) >= rate - 1
+    assert np.max(ages) < 0.0021
+
+
+def test_channel_carries_forces():
+    channel = systems.CommunicationChannel(
+        _core.CommunicationChannelParams(delay=0.02), message=_core.ForceMessage()
+    )
+    entry = Entry(
+        make=lambda: channel, inputs={}, outputs={}, sources={"message": force_message}
+    )
+    diagram = build(entry)
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.1)
+    message = diagram.GetOutputPort("message").Eval(simulator.get_context())
+    assert isinstance(message, _core.ForceMessage)
+    assert message.sequence == 3  # Sent at 0.0606 s; the next is under way.
+    np.testing.assert_array_equal(message.force, force_message(0.0606).force)
+
+
+def test_robot_side_proxy_alone():
+    params = robot_proxy_params()
+    face = systems.RobotSideProxy(params)
+    context = face.CreateDefaultContext()
+    message = _core.PoseMessage(
+        sequence=0, send_time=0.0, pose=_core.Pose(p=[0.01, 0.0, 0.0])
+    )
+    force_selection = np.diag([1.0, 0.0, 0.0])
+    face.GetInputPort("haptic_message").FixValue(context, AbstractValue.Make(message))
+    face.GetInputPort("robot_pose").FixValue(context, robot_pose(0.0))
+    face.GetInputPort("force_selection").FixValue(context, force_selection.ravel())
+
+    algorithm = _core.RobotSideProxy(params)
+    state = algorithm.make_state()
+    simulator = Simulator(face, context)
+    for i in range(50):
+        algorithm.update(
+            i * 0.001,
+            message,
+            START,
+            R_DOWN,
+            force_selection,
+            np.zeros((3, 3)),
+            None,
+            state,
+        )
+        simulator.AdvanceTo(i * 0.001)
+        for name in ("motion_error", "reference_force", "proxy_velocity"):
+            np.testing.assert_array_equal(
+                face.GetOutputPort(name).Eval(context), getattr(state.output, name)
+            )
+    # The proxy has moved off along x, where force is controlled: pushed there.
+    assert state.output.reference_force[0] > 0
+    np.testing.assert_array_equal(state.output.motion_error, 0)
+    status = dict(
+        zip(
+            systems.LINK_STATUS_FIELDS,
+            face.GetOutputPort("link_status").Eval(context),
+            strict=True,
+        )
+    )
+    assert status["status"] == int(_core.LinkStatus.CONNECTED)
+    assert status["received"] == 1
+    assert status["age"] == pytest.approx(0.049)
+
+
+def test_window_mean_is_what_a_slower_system_samples():
+    diagram = build(FACES["WindowMean"])
+    simulator = Simulator(diagram)
+    value = FACES["WindowMean"].sources["value"]
+    simulator.AdvanceTo(0.1)  # The step at 0.1 is still to come.
+    np.testing.assert_allclose(
+        read(diagram, simulator.get_context())["mean"],
+        np.mean([value(i * 0.001) for i in range(50, 100)], axis=0),
+        rtol=1e-12,
+    )
+
+
+def test_arm_kinematics_is_the_model():
+    diagram = build(FACES["ArmKinematics"])
+    context = diagram.CreateDefaultContext()
+    context.SetTime(0.4)
+    x = robot_state(0.4)
+    terms = panda().calc(x[:7], x[7:])
+    outputs = read(diagram, context)
+    pose = outputs["robot_pose"].reshape(4, 4)
+    np.testing.assert_array_equal(pose[:3, 3], terms.p_BE)
+    np.testing.assert_array_equal(pose[:3, :3], terms.R_BE)
+    np.testing.assert_allclose(
+        outputs["robot_velocity"], terms.J_BE @ x[7:], rtol=1e-12
+    )
+
+
+def test_state_of_a_face_is_a_copy():
+    face = FACES["OperationalSpaceController"].make()
+    context = face.CreateDefaultContext()
+    state = context.get_abstract_state(0).get_value()
+    twin = copy.deepcopy(state)
+    assert twin is not state
+    assert twin.state is not state.state
