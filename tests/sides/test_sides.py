@@ -196,3 +196,34 @@ def test_params_are_checked_together():
         dp.RobotSide(params)
     with pytest.raises(ValueError, match=r"`filter_period`"):
         dp.RobotSideParams(filter_period=0.0)
+
+
+def test_window_mean():
+    dut = dp.WindowMean(window=0.1)
+    assert dut.window == 0.1
+    state = dut.make_state()
+    np.testing.assert_array_equal(state.mean, np.zeros(3))
+    dut.update(0.0, [1, 2, 3], state)
+    dut.update(0.05, np.array([3.0, 2.0, 1.0]), state)
+    dut.update(0.06, [np.nan, 0, 0], state)
+    np.testing.assert_array_equal(state.mean, [2, 2, 2])
+    assert (state.samples, state.bad_inputs) == (2, 1)
+    fork = copy.deepcopy(state)
+    dut.update(0.1, [7, 8, 9], state)
+    np.testing.assert_array_equal(state.mean, [7, 8, 9])
+    np.testing.assert_array_equal(fork.mean, [2, 2, 2])
+    with pytest.raises(ValueError, match=r"value: expected shape \(3,\), got \(2,\)"):
+        dut.update(0.1, np.zeros(2), state)
+    with pytest.raises(ValueError, match=r"WindowMean: field `window`.*got -1"):
+        dp.WindowMean(-1.0)
+
+
+def test_twist_is_the_one_that_update_uses():
+    random = np.random.default_rng(3)
+    for _ in range(20):
+        jacobian, v = random.normal(size=(6, 7)), random.normal(size=7)
+        state = dp.RobotSide().make_state()
+        dp.RobotSide().update(**robot_arguments(jacobian=jacobian, v=v), state=state)
+        twist = dp.RobotSide.calc_twist(jacobian, v)
+        np.testing.assert_array_equal(twist, state.output.velocity)
+        np.testing.assert_allclose(twist, jacobian @ v, rtol=1e-12, atol=1e-14)

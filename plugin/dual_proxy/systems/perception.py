@@ -80,8 +80,8 @@ class ForceSpaceParticleFilter(Face):
     def _step(self, context: Context, state: Any) -> None:
         if self._prior.HasValue(context):
             self._filter.offer_prior(self._prior.Eval(context), state)
-        inputs: Any = [vector(port, context) for port in self._inputs_3]
-        self._filter.update(*inputs, state)
+        F_s, v, F_m, F_f = (vector(port, context) for port in self._inputs_3)
+        self._filter.update(F_s, v, F_m, F_f, state)
 
 
 class WindowMean(Face):

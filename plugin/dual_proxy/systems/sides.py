@@ -17,7 +17,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import EventStatus, LeafSystem
 
 from dual_proxy import _core
-from dual_proxy.panda import NUM_JOINTS, PandaModel
+from dual_proxy.panda import NUM_JOINTS, PandaModel, PandaTerms
 from dual_proxy.systems._face import (
     Context,
     Output,
@@ -163,7 +163,8 @@ class RobotSide(_Side):
 
     def _advance(self, context: Context, state: State) -> EventStatus:
         x: Any = self._robot_state.Eval(context)
-        terms: Any = self._terms.Eval(context)
+        value: Any = self._terms.Eval(context)
+        terms: PandaTerms = value
         memory = state.get_mutable_abstract_state(int(self._memory)).get_mutable_value()
         self._side.update(
             context.get_time(),
