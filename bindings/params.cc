@@ -17,6 +17,11 @@ void ThrowShape(const char* name, const std::string& expected,
                         py::str(got.attr("shape")).cast<std::string>());
 }
 
+std::string FixedShape(int rows, int cols) {
+  return "(" + std::to_string(rows) + "," +
+         (cols == 1 ? "" : " " + std::to_string(cols)) + ")";
+}
+
 py::array_t<double, py::array::forcecast> AsArray(const py::handle& value,
                                                   const char* name,
                                                   const std::string& expected) {

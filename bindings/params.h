@@ -31,6 +31,9 @@ py::array_t<double, py::array::forcecast> AsArray(const py::handle& value,
                                                   const char* name,
                                                   const std::string& expected);
 
+/** "(3,)" or "(3, 3)". */
+std::string FixedShape(int rows, int cols);
+
 /** Fixed-size vector or matrix from an array-like of exactly that shape.
 @throws ValueError naming `name`, the expected and the received shape. */
 template <typename Matrix>
@@ -38,23 +41,21 @@ Matrix AsFixed(const py::handle& value, const char* name) {
   constexpr int kRows = Matrix::RowsAtCompileTime;
   constexpr int kCols = Matrix::ColsAtCompileTime;
   static_assert(kRows != Eigen::Dynamic && kCols != Eigen::Dynamic);
-  const std::string expected =
-      kCols == 1 ? "(" + std::to_string(kRows) + ",)"
-                 : "(" + std::to_string(kRows) + ", " + std::to_string(kCols) +
-                       ")";
-  const auto array = AsArray(value, name, expected);
+  constexpr int kDims = kCols == 1 ? 1 : 2;
+  using Array = py::array_t<double, py::array::forcecast>;
+  // What a control loop passes is an array of doubles already.
+  const Array array = py::isinstance<py::array_t<double>>(value)
+                          ? py::reinterpret_borrow<Array>(value)
+                          : AsArray(value, name, FixedShape(kRows, kCols));
+  if (array.ndim() != kDims || array.shape(0) != kRows ||
+      (kDims == 2 && array.shape(1) != kCols)) {
+    ThrowShape(name, FixedShape(kRows, kCols), array);
+  }
   Matrix result;
-  if constexpr (kCols == 1) {
-    if (array.ndim() != 1 || array.shape(0) != kRows) {
-      ThrowShape(name, expected, array);
-    }
+  if constexpr (kDims == 1) {
     const auto view = array.template unchecked<1>();
     for (int i = 0; i < kRows; ++i) result(i) = view(i);
   } else {
-    if (array.ndim() != 2 || array.shape(0) != kRows ||
-        array.shape(1) != kCols) {
-      ThrowShape(name, expected, array);
-    }
     const auto view = array.template unchecked<2>();
     for (int i = 0; i < kRows; ++i) {
       for (int j = 0; j < kCols; ++j) result(i, j) = view(i, j);

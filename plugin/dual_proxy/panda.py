@@ -354,6 +354,9 @@ class ContactTruth(NamedTuple):
     dimension: int
 
 
+_NO_CONTACT = ContactTruth(_constant([0, 0, 0]), _constant([0, 0, 0]), 0)
+
+
 def contact_truth(results: ContactResults, tool_body: BodyIndex) -> ContactTruth:
     """Reads the tool's contacts from the plant's contact results.
 
@@ -364,9 +367,7 @@ def contact_truth(results: ContactResults, tool_body: BodyIndex) -> ContactTruth
     results : value of `PandaScene.contact_results_port`.
     tool_body : `PandaScene.tool_body`.
     """
-    total = np.zeros(3)
-    push = np.zeros(3)
-    basis: list[Vector] = []
+    contacts: list[tuple[float, Vector, Vector]] = []
     for i in range(results.num_point_pair_contacts()):
         info: Any = results.point_pair_contact_info(i)
         # Drake gives the force on body B and the normal from B into A.
@@ -379,8 +380,17 @@ def contact_truth(results: ContactResults, tool_body: BodyIndex) -> ContactTruth
         else:
             continue
         normal_force = float(force @ normal)
-        if normal_force <= 0.0:
-            continue
+        if normal_force > 0.0:
+            contacts.append((normal_force, force, normal))
+    if not contacts:
+        return _NO_CONTACT
+    if len(contacts) == 1:
+        _, force, normal = contacts[0]
+        return ContactTruth(force, normal, 1)
+    total = np.zeros(3)
+    push = np.zeros(3)
+    basis: list[Vector] = []
+    for normal_force, force, normal in contacts:
         total += force
         push += normal_force * normal
         rest = normal

@@ -45,7 +45,6 @@ from dual_proxy.scenario import Scenario
 from dual_proxy.systems import (
     CommunicationChannel,
     ForceSpaceParticleFilter,
-    ForceTorqueSensor,
     HapticSide,
     PositionForceHapticSide,
     RobotSide,
@@ -57,6 +56,7 @@ __all__ = ["Station", "build_station"]
 Data = dict[str, NDArray[np.float64]]
 
 _FRAMES_PER_SECOND = 30
+_NO_CONTACT = np.zeros(7)
 
 
 class _ContactTruth(LeafSystem):
@@ -72,7 +72,10 @@ class _ContactTruth(LeafSystem):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         truth = contact_truth(self._results.Eval(context), self._tool_body)
-        output.SetFromVector([*truth.force, *truth.normal, truth.dimension])
+        if truth.dimension == 0:
+            output.SetFromVector(_NO_CONTACT)
+        else:
+            output.SetFromVector([*truth.force, *truth.normal, truth.dimension])
 
 
 class Station:
@@ -134,7 +137,8 @@ class Station:
         context = self.simulator.get_context()
         logs = {name: sink.FindLog(context) for name, sink in self._logs.items()}
         data = {name: log.data().T for name, log in logs.items()}
-        return make_frame(logs["robot"].sample_times(), self._signals(data))
+        times = logs["robot"].sample_times()
+        return make_frame(times, self._signals(times, data))
 
     def _current_row(self) -> dict[str, float]:
         root = self.simulator.get_context()
@@ -142,7 +146,8 @@ class Station:
         for name, port in self._ports.items():
             context = port.get_system().GetMyContextFromRoot(root)
             data[name] = np.asarray(port.Eval(context))[np.newaxis]
-        frame = make_frame([root.get_time()], self._signals(data))
+        times = np.array([root.get_time()])
+        frame = make_frame(times, self._signals(times, data))
         return dict(zip(frame.columns, frame.iloc[0].tolist(), strict=True))
 
     def _add(self, name: str, system: Any) -> Any:
@@ -167,17 +172,23 @@ class Station:
         )
         scene = add_panda_scene(builder, scene_params, q_start)
         reaction = self._add("reaction", SensorReaction(scene.sensor_joint))
-        sensor = self._add(
-            "sensor",
-            ForceTorqueSensor(scenario.sensor, p_SE_S, self._seeds["sensor"]),
-        )
         params = _core.RobotSideParams(
             proxy=scenario.robot_proxy,
             controller=scenario.controller,
             sender=scenario.link.sender,
             filter_period=scenario.filter.period,
         )
-        side = self._add("robot_side", RobotSide(model, params, q_start))
+        side = self._add(
+            "robot_side",
+            RobotSide(
+                model,
+                params,
+                q_start,
+                scenario.sensor,
+                p_SE_S,
+                self._seeds["sensor"],
+            ),
+        )
         truth = self._add("contact_truth", _ContactTruth(scene.tool_body))
         builder.Connect(
             scene.reaction_forces_port, reaction.GetInputPort("reaction_forces")
@@ -187,14 +198,12 @@ class Station:
         )
         builder.Connect(scene.state_port, side.GetInputPort("robot_state"))
         builder.Connect(side.GetOutputPort("torque"), scene.actuation_port)
-        self._connect(reaction, "reaction", sensor, "reaction")
-        self._connect(side, "robot_pose", sensor, "robot_pose")
-        self._connect(sensor, "sensed_wrench", side, "sensed_wrench")
+        self._connect(reaction, "reaction", side, "reaction")
         self._robot_side = side
         self._ports["robot"] = side.GetOutputPort("signals")
         self._ports["truth"] = truth.GetOutputPort("truth")
         self._export(scene.state_port, "robot_state")
-        self._export(sensor.GetOutputPort("sensed_wrench"), "sensed_wrench")
+        self._export(side.GetOutputPort("sensed_wrench"), "sensed_wrench")
         self._export(side.GetOutputPort("torque"), "torque")
 
         if scenario.scheme == "dual_proxy":
@@ -217,22 +226,28 @@ class Station:
         workspace_map = _core.WorkspaceMap(scenario.map)
         R = np.asarray(scenario.map.R_cw)
         points = [workspace_map.haptic_proxy(p, R)[0] for p in motion.positions]
-        path = _core.OperatorPath(
+        self._path = _core.OperatorPath(
             motion.times,
             np.transpose(points),
             "cubic" if motion.sampled else "minimum_jerk",
         )
-        device = self._add("device", SimulatedHapticDevice(path, scenario.device))
         params = _core.HapticSideParams(
             proxy=scenario.haptic_proxy,
             controller=scenario.haptic_controller,
             sender=scenario.link.sender,
         )
-        side = self._add("haptic_side", HapticSide(params))
-        for name in ("device_pose", "device_velocity"):
-            self._connect(device, name, side, name)
-        acting = side
-        if scenario.scheme == "position_force":
+        if scenario.scheme == "dual_proxy":
+            side = self._add(
+                "haptic_side", HapticSide(params, scenario.device, self._path)
+            )
+            acting = device = side
+        else:
+            side = self._add("haptic_side", HapticSide(params))
+            device = self._add(
+                "device", SimulatedHapticDevice(self._path, scenario.device)
+            )
+            for name in ("device_pose", "device_velocity"):
+                self._connect(device, name, side, name)
             acting = self._add(
                 "position_force",
                 PositionForceHapticSide(
@@ -241,10 +256,9 @@ class Station:
             )
             self._ports["position_force"] = acting.GetOutputPort("device_wrench")
             self._ports["position_force_link"] = acting.GetOutputPort("link_status")
-        self._connect(acting, "device_wrench", device, "device_wrench")
+            self._connect(acting, "device_wrench", device, "device_wrench")
         self._haptic_side, self._acting_haptic_side = side, acting
         self._ports["device"] = side.GetOutputPort("signals")
-        self._ports["hand_position"] = device.GetOutputPort("hand_position")
         self._export(device.GetOutputPort("device_pose"), "device_pose")
         self._export(acting.GetOutputPort("device_wrench"), "device_wrench")
 
@@ -284,7 +298,7 @@ class Station:
             "robot_message" if dual_proxy else "force_message",
         )
 
-    def _signals(self, data: Data) -> Data:
+    def _signals(self, times: NDArray[np.float64], data: Data) -> Data:
         """Returns every signal of the log from the logged ports."""
         values = {
             name: data[side][:, where]
@@ -297,7 +311,7 @@ class Station:
         truth = data["truth"]
         rows = len(truth)
         values |= {
-            "hand_position": data["hand_position"],
+            "hand_position": np.array([self._path.calc(t)[0] for t in times]),
             "contact_force": truth[:, :3],
             "contact_normal": truth[:, 3:6],
             "contact_dimension": truth[:, 6:],

@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from copy import deepcopy
+from copy import copy
+from functools import cache
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -43,9 +44,33 @@ def link_status(monitor: Any) -> list[float]:
     return [float(getattr(monitor, field)) for field in LINK_STATUS_FIELDS]
 
 
+@cache
+def _zeros(size: int) -> Vector:
+    zeros = np.zeros(size)
+    zeros.setflags(write=False)
+    return zeros
+
+
 # When a face that has not stepped has stepped last.
 _NEVER: Any = np.array([-math.inf])
 _NO_POSITION: Any = np.full(3, math.nan)
+
+
+class Memory:
+    """An algorithm's state as a value in a Context.
+
+    What is in a Context is never changed: a step works on a copy and puts that
+    in its place. So Contexts share it, and Drake, which copies the state of the
+    whole diagram for every unrestricted update, copies a reference.
+    """
+
+    __slots__ = ("state",)
+
+    def __init__(self, state: Any) -> None:
+        self.state = state
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Memory:
+        return self
 
 
 class Stepped:
@@ -58,8 +83,8 @@ class Stepped:
         self.state = state
         self.output = output
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Stepped:
-        return Stepped(deepcopy(self.state), deepcopy(self.output))
+    def __copy__(self) -> Stepped:
+        return Stepped(copy(self.state), self.output)
 
 
 class Face(LeafSystem):
@@ -97,7 +122,9 @@ class Face(LeafSystem):
 
         Called when all inputs are declared and before the outputs.
         """
-        self._memory = self.DeclareAbstractState(AbstractValue.Make(start))
+        self._start = start
+        self._memory = self.DeclareAbstractState(AbstractValue.Make(Memory(start)))
+        self._held: list[tuple[int, int, Callable[[Any], ArrayLike]]] = []
         self._prerequisites = {self.abstract_state_ticket(self._memory)}
         if self._feedthrough:
             self._last_step = self.DeclareDiscreteState(_NEVER)
@@ -118,33 +145,43 @@ class Face(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._advance)
 
     def _calc_stepped(self, context: Context, value: Output) -> None:
-        state = context.get_abstract_state(int(self._memory)).get_value()
+        state = context.get_abstract_state(int(self._memory)).get_value().state
         last_step = context.get_discrete_state(int(self._last_step)).value()[0]
         if last_step != context.get_time():
-            state = deepcopy(state)
+            state = copy(state)
             self._step(context, state)
         value.set_value(state)
 
     def _advance(self, context: Context, state: State) -> EventStatus:
         memory = state.get_mutable_abstract_state(self._memory)
+        outputs = state.get_mutable_discrete_state()
         if self._feedthrough:
-            memory.set_value(self._stepped.Eval(context))
-            state.get_mutable_discrete_state().set_value(
-                int(self._last_step), [context.get_time()]
-            )
+            stepped: Any = self._stepped.Eval(context)
+            outputs.set_value(int(self._last_step), [context.get_time()])
         else:
-            self._step(context, memory.get_mutable_value())
+            stepped = copy(memory.get_value().state)
+            self._step(context, stepped)
+            for index, size, read in self._held:
+                outputs.set_value(index, np.asarray(read(stepped)).reshape(size))
+        memory.set_value(Memory(stepped))
         return EventStatus.Succeeded()
 
     def _result(self, context: Context) -> Any:
         """Returns the algorithm's state that the outputs show."""
         if self._feedthrough:
             return self._stepped.Eval(context)
-        return context.get_abstract_state(int(self._memory)).get_value()
+        return context.get_abstract_state(int(self._memory)).get_value().state
 
     def _declare_vector_output(
         self, name: str, size: int, read: Callable[[Any], ArrayLike]
     ) -> None:
+        if not self._feedthrough:
+            start: Any = np.asarray(read(self._start), dtype=np.float64)
+            held = self.DeclareDiscreteState(start.reshape(size))
+            self._held.append((int(held), size, read))
+            self.DeclareStateOutputPort(name, held)
+            return
+
         def calc(context: Context, output: Output) -> None:
             value = np.asarray(read(self._result(context)), dtype=np.float64)
             output.SetFromVector(value.reshape(size))
@@ -187,8 +224,9 @@ def matrix(port: InputPort, context: Context) -> Vector:
 def vector(port: InputPort, context: Context) -> Vector:
     """Returns a vector port's value, zero if it is not connected."""
     if not port.HasValue(context):
-        return np.zeros(port.size())
-    return np.asarray(port.Eval(context))
+        return _zeros(port.size())
+    value: Vector = port.Eval(context)
+    return value
 
 
 def pose(port: InputPort, context: Context) -> tuple[Vector, Vector]:

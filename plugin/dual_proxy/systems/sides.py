@@ -20,8 +20,10 @@ from dual_proxy import _core
 from dual_proxy.panda import NUM_JOINTS, PandaModel, PandaTerms
 from dual_proxy.systems._face import (
     Context,
+    Memory,
     Output,
     State,
+    Vector,
     check_vector,
     matrix,
     message,
@@ -32,42 +34,55 @@ from dual_proxy.systems._face import (
 from dual_proxy.systems.control import declare_model_terms
 
 _EMPTY = _core.PoseMessage()
+_IDENTITY: Any = np.eye(3)
 
 
 class _Side(LeafSystem):
-    """What both sides share: the algorithm's state in the Context, and all
-    results of the last step as one vector, `signals`."""
+    """What both sides share: the state in the Context, of the side and of the
+    simulated hardware that it may hold, and all results of the last step as one
+    vector, `signals`."""
 
     def __init__(self, layout: dict[str, slice], period: float) -> None:
         super().__init__()
         self.layout = layout
         self._period = period
 
-    def _declare(self, start: object, size: int) -> None:
+    def _declare(self, side: object, hardware: object, acts: Any) -> None:
+        """Declares the states at the start, and what acts on the hardware."""
+        start = Memory((side, hardware))
         self._memory = self.DeclareAbstractState(AbstractValue.Make(start))
-        self._signals = self.DeclareDiscreteState(size)
-        self.DeclareStateOutputPort("signals", self._signals)
+        self._memory_index = int(self._memory)
+        size = max(s.stop for s in self.layout.values())
+        signals = self.DeclareDiscreteState(size)
+        self._signals_index = int(signals)
+        self._signals_ticket = self.discrete_state_ticket(signals)
+        self.DeclareStateOutputPort("signals", signals)
+        name, value = acts
+        acting = self.DeclareDiscreteState(value)
+        self._acting_index = int(acting)
+        self.DeclareStateOutputPort(name, acting)
         self.DeclarePeriodicUnrestrictedUpdateEvent(self._period, 0.0, self._advance)
+
+    def _states(self, context: Context) -> Any:
+        """Returns the side's state and the hardware's."""
+        return context.get_abstract_state(self._memory_index).get_value().state
 
     def _declare_slice(self, name: str) -> None:
         """Declares an output port with one of the signals."""
         where = self.layout[name]
-        index = int(self._signals)
+        index = self._signals_index
 
         def calc(context: Context, output: Output) -> None:
             output.SetFromVector(context.get_discrete_state(index).value()[where])
 
         self.DeclareVectorOutputPort(
-            name,
-            where.stop - where.start,
-            calc,
-            {self.discrete_state_ticket(self._signals)},
+            name, where.stop - where.start, calc, {self._signals_ticket}
         )
 
     def _declare_message(self, name: str, model: object, attribute: str) -> None:
         def calc(context: Context, output: Output) -> None:
-            state = context.get_abstract_state(int(self._memory)).get_value()
-            output.set_value(getattr(state.output, attribute))
+            side, _ = self._states(context)
+            output.set_value(getattr(side.output, attribute))
 
         self.DeclareAbstractOutputPort(
             name,
@@ -76,8 +91,22 @@ class _Side(LeafSystem):
             {self.abstract_state_ticket(self._memory)},
         )
 
-    def _advance(self, context: Context, state: State) -> EventStatus:
+    def _step(self, context: Context, side: Any, hardware: Any) -> Vector:
+        """Advances both states in place; returns what acts on the hardware."""
         raise NotImplementedError
+
+    def _advance(self, context: Context, state: State) -> EventStatus:
+        memory = state.get_mutable_abstract_state(self._memory_index)
+        side, hardware = memory.get_value().state
+        side = side.__copy__()
+        if hardware is not None:
+            hardware = hardware.__copy__()
+        acts = self._step(context, side, hardware)
+        memory.set_value(Memory((side, hardware)))
+        outputs = state.get_mutable_discrete_state()
+        outputs.set_value(self._signals_index, side.output.as_vector())
+        outputs.set_value(self._acting_index, acts)
+        return EventStatus.Succeeded()
 
 
 class RobotSide(_Side):
@@ -88,7 +117,10 @@ class RobotSide(_Side):
     input_ports:
     - haptic_message      # PoseMessage (optional: without it the robot waits)
     - robot_state         # 14, [q; v], rad, rad/s
-    - sensed_wrench       # 6, [force; moment], N, N m, at E
+    - sensed_wrench       # 6, [force; moment], N, N m, at E (not with a
+                          # simulated sensor)
+    - reaction            # 6, [force; moment], N, N m, in S, of the arm on the
+                          # tool (only with a simulated sensor)
     - force_selection     # 9, row-major 3x3 (optional, zero)
     - moment_selection    # 9, row-major 3x3 (optional, zero)
     output_ports:
@@ -101,17 +133,25 @@ class RobotSide(_Side):
     - mean_velocity       # 3, m/s, likewise
     - mean_motion_force   # 3, N, likewise
     - mean_contact_force  # 3, N, likewise
+    - sensed_wrench       # 6, as the input of that name (only with a simulated
+                          # sensor)
     @endsystem
 
     Everything in the base frame B. Steps every `params.controller.period`; all
     outputs but `robot_pose` are those of the last step. Before the first the
     torque holds the arm at `q_start`.
 
+    With a simulated sensor the face does the work of a ForceTorqueSensor, too,
+    and gives the same bits as with that system in front of it.
+
     Parameters
     ----------
     model : PandaModel, the arm.
     params : RobotSideParams.
     q_start : (7,) rad, where the arm will be when the run starts.
+    sensor : ForceTorqueSensorParams of the simulated sensor, if there is one.
+    p_SE : (3,) m, tool point in the sensor's frame.
+    seed : of the sensor's noise.
     """
 
     def __init__(
@@ -119,28 +159,38 @@ class RobotSide(_Side):
         model: PandaModel,
         params: _core.RobotSideParams | None = None,
         q_start: np.ndarray | None = None,
+        sensor: _core.ForceTorqueSensorParams | None = None,
+        p_SE: Vector | None = None,
+        seed: int = 0,
     ) -> None:
         self._side = _core.RobotSide(deepcopy(params or _core.RobotSideParams()))
         super().__init__(
             self._side.output_layout(), self._side.params.controller.period
         )
+        declare = self.DeclareVectorInputPort
         self._message = self.DeclareAbstractInputPort(
             "haptic_message", AbstractValue.Make(_core.PoseMessage())
         )
-        self._robot_state = self.DeclareVectorInputPort("robot_state", 2 * NUM_JOINTS)
-        self._sensed_wrench = self.DeclareVectorInputPort("sensed_wrench", 6)
-        self._force_selection = self.DeclareVectorInputPort("force_selection", 9)
-        self._moment_selection = self.DeclareVectorInputPort("moment_selection", 9)
+        self._robot_state = declare("robot_state", 2 * NUM_JOINTS)
+        self._sensor: Any = None
+        sensor_state = None
+        if sensor is None:
+            self._sensed_wrench = declare("sensed_wrench", 6)
+        else:
+            self._sensor = _core.ForceTorqueSensor(deepcopy(sensor))
+            self._p_SE = check_vector(
+                "RobotSide", "p_SE", np.zeros(3) if p_SE is None else p_SE, 3
+            )
+            sensor_state = self._sensor.make_state(seed)
+            self._reaction = declare("reaction", 6)
+        self._force_selection = declare("force_selection", 9)
+        self._moment_selection = declare("moment_selection", 9)
         self._terms = declare_model_terms(self, model, self._robot_state)
-        start = self._side.make_state()
-        size = max(s.stop for s in self.layout.values())
-        self._declare(start, size)
         torque: Any = np.zeros(NUM_JOINTS)
         if q_start is not None:
             q = check_vector("RobotSide", "q_start", q_start, NUM_JOINTS)
             torque = -model.calc(q, np.zeros(NUM_JOINTS)).gravity
-        self._torque = self.DeclareDiscreteState(torque)
-        self.DeclareStateOutputPort("torque", self._torque)
+        self._declare(self._side.make_state(), sensor_state, ("torque", torque))
         self.DeclareAbstractOutputPort(
             "robot_pose",
             Value[RigidTransform],
@@ -156,32 +206,45 @@ class RobotSide(_Side):
             "mean_contact_force",
         ):
             self._declare_slice(signal)
+        if sensor is not None:
+            self.DeclareVectorOutputPort(
+                "sensed_wrench",
+                6,
+                lambda context, output: output.SetFromVector(
+                    self._states(context)[1].wrench
+                ),
+                {self.abstract_state_ticket(self._memory)},
+            )
 
     def _calc_pose(self, context: Context, output: Output) -> None:
         terms: Any = self._terms.Eval(context)
         output.set_value(rigid_transform(terms.p_BE, terms.R_BE))
 
-    def _advance(self, context: Context, state: State) -> EventStatus:
+    def _step(self, context: Context, side: Any, hardware: Any) -> Vector:
         x: Any = self._robot_state.Eval(context)
         value: Any = self._terms.Eval(context)
         terms: PandaTerms = value
-        memory = state.get_mutable_abstract_state(int(self._memory)).get_mutable_value()
+        time = context.get_time()
         self._side.update(
-            context.get_time(),
+            time,
             message(self._message, context, _EMPTY),
             *terms,
             x[:NUM_JOINTS],
             x[NUM_JOINTS:],
             matrix(self._force_selection, context),
             matrix(self._moment_selection, context),
-            vector(self._sensed_wrench, context),
-            memory,
+            vector(self._sensed_wrench, context)
+            if hardware is None
+            else hardware.wrench,
+            side,
         )
-        outputs = state.get_mutable_discrete_state()
-        signals = memory.output.as_vector()
-        outputs.set_value(int(self._signals), signals)
-        outputs.set_value(int(self._torque), signals[self.layout["torque"]])
-        return EventStatus.Succeeded()
+        # A simulated plant has no reaction before its first step.
+        if hardware is not None and time > 0:
+            R_BE = terms.R_BE
+            reaction = self._reaction.Eval(context)
+            self._sensor.update(reaction, R_BE, R_BE @ self._p_SE, hardware)
+        torque: Vector = side.output.torque
+        return torque
 
 
 class HapticSide(_Side):
@@ -192,23 +255,38 @@ class HapticSide(_Side):
     input_ports:
     - robot_message       # PoseMessage (optional: without it there is no force,
                           # but messages are sent)
-    - device_pose         # RigidTransform X_DH, from the device's home
-    - device_velocity     # 6, [linear; angular], m/s, rad/s
+    - device_pose         # RigidTransform X_DH, from the device's home (not
+                          # with a simulated device)
+    - device_velocity     # 6, [linear; angular], m/s, rad/s (likewise)
     output_ports:
     - signals             # all results, see `layout` (name -> slice)
     - device_wrench       # 6, [force; moment], N, N m, of the device on the hand
     - message             # PoseMessage, to the robot side
+    - device_pose         # as the input of that name (only with a simulated
+                          # device)
     @endsystem
 
     Everything in the device's frame D. Steps every `params.controller.period`;
     the outputs are those of the last step, zero before the first.
 
+    With a simulated device the face does the work of a SimulatedHapticDevice,
+    too, and gives the same bits as with that system in front of it.
+
     Parameters
     ----------
     params : HapticSideParams.
+    device : SimulatedHapticDeviceParams of the simulated device, if there is
+        one.
+    path : OperatorPath with points in D, with a simulated device: where its
+        operator wants the handle.
     """
 
-    def __init__(self, params: _core.HapticSideParams | None = None) -> None:
+    def __init__(
+        self,
+        params: _core.HapticSideParams | None = None,
+        device: _core.SimulatedHapticDeviceParams | None = None,
+        path: _core.OperatorPath | None = None,
+    ) -> None:
         self._side = _core.HapticSide(deepcopy(params or _core.HapticSideParams()))
         super().__init__(
             self._side.output_layout(), self._side.params.controller.period
@@ -216,26 +294,45 @@ class HapticSide(_Side):
         self._message = self.DeclareAbstractInputPort(
             "robot_message", AbstractValue.Make(_core.PoseMessage())
         )
-        self._pose = self.DeclareAbstractInputPort(
-            "device_pose", Value[RigidTransform]()
-        )
-        self._velocity = self.DeclareVectorInputPort("device_velocity", 6)
-        size = max(s.stop for s in self.layout.values())
-        self._declare(self._side.make_state(), size)
-        self._wrench = self.DeclareDiscreteState(6)
-        self.DeclareStateOutputPort("device_wrench", self._wrench)
+        if (device is None) != (path is None):
+            raise ValueError("HapticSide: `device` and `path` go together")
+        self._path: Any = path
+        device_state = None
+        if device is None:
+            self._pose = self.DeclareAbstractInputPort(
+                "device_pose", Value[RigidTransform]()
+            )
+            self._velocity = self.DeclareVectorInputPort("device_velocity", 6)
+        else:
+            self._device = _core.SimulatedHapticDevice(deepcopy(device))
+            device_state = self._device.make_state()
+        start = self._side.make_state()
+        self._declare(start, device_state, ("device_wrench", np.zeros(6)))
         self._declare_message("message", _core.PoseMessage(), "message")
+        if device is not None:
+            self.DeclareAbstractOutputPort(
+                "device_pose",
+                Value[RigidTransform],
+                self._calc_pose,
+                {self.abstract_state_ticket(self._memory)},
+            )
 
-    def _advance(self, context: Context, state: State) -> EventStatus:
-        memory = state.get_mutable_abstract_state(int(self._memory)).get_mutable_value()
-        self._side.update(
-            context.get_time(),
-            message(self._message, context, _EMPTY),
-            *pose(self._pose, context),
-            self._velocity.Eval(context),
-            memory,
-        )
-        outputs = state.get_mutable_discrete_state()
-        outputs.set_value(int(self._signals), memory.output.as_vector())
-        outputs.set_value(int(self._wrench), memory.output.device_wrench)
-        return EventStatus.Succeeded()
+    def _calc_pose(self, context: Context, output: Output) -> None:
+        read = self._states(context)[1].read_pose
+        output.set_value(rigid_transform(read.p, read.R))
+
+    def _step(self, context: Context, side: Any, hardware: Any) -> Vector:
+        time = context.get_time()
+        newest = message(self._message, context, _EMPTY)
+        if hardware is None:
+            p, R = pose(self._pose, context)
+            self._side.update(time, newest, p, R, self._velocity.Eval(context), side)
+        else:
+            # What the device was told in the step before acts on it now.
+            told = side.output.device_wrench
+            read = hardware.read_pose
+            self._side.update(time, newest, read.p, read.R, hardware.read_velocity, side)
+            position, velocity = self._path.calc(time)
+            self._device.update(position, _IDENTITY, velocity, told, hardware)
+        wrench: Vector = side.output.device_wrench
+        return wrench

@@ -18,6 +18,8 @@ from dual_proxy.systems._face import (
     vector,
 )
 
+_IDENTITY: Any = np.eye(3)
+
 
 class ForceTorqueSensor(Face):
     """A wrist force/torque sensor: noise, bias, low-pass, tool weight removed.
@@ -112,5 +114,5 @@ class SimulatedHapticDevice(Face):
     def _step(self, context: Context, state: Any) -> None:
         position, velocity = self._path.calc(context.get_time())
         self._device.update(
-            position, np.eye(3), velocity, vector(self._wrench, context), state
+            position, _IDENTITY, velocity, vector(self._wrench, context), state
         )
