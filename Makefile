@@ -10,7 +10,7 @@ READY := $(VENV)/.ready
 .PHONY: demo test build lint format stubs clean
 
 demo: build  ## Run scene `plane` and write its report to out/demo
-	$(BIN)/dual-proxy run plane --out out/demo
+	$(BIN)/dual-proxy run plane --delay 0.05 --out out/demo
 
 test: build  ## Run every test, C++ and Python
 	$(BIN)/ctest --test-dir build --output-on-failure -j $(JOBS)

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <array>
+
+#include "dual_proxy/control/arm_model.h"
 #include "dual_proxy/control/force_loop.h"
 #include "dual_proxy/control/haptic_controller.h"
 #include "dual_proxy/control/operational_space_controller.h"
@@ -307,6 +310,89 @@ void BindOperationalSpaceController(py::module_& m) {
       "whether the bound acted.");
 }
 
+using Matrix3dPerJoint = std::array<Eigen::Matrix3d, 7>;
+
+Matrix3dPerJoint AsMatrixPerJoint(const py::handle& value, const char* name) {
+  const char* expected = "(7, 3, 3)";
+  const auto array = AsArray(value, name, expected);
+  if (array.ndim() != 3 || array.shape(0) != 7 || array.shape(1) != 3 ||
+      array.shape(2) != 3) {
+    ThrowShape(name, expected, array);
+  }
+  const auto view = array.unchecked<3>();
+  Matrix3dPerJoint result;
+  for (int i = 0; i < 7; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      for (int k = 0; k < 3; ++k) result[i](j, k) = view(i, j, k);
+    }
+  }
+  return result;
+}
+
+// As BindParams::Field() does for one matrix.
+void MatrixPerJointField(BindParams<ArmModelParams>* params, const char* name,
+                         Matrix3dPerJoint ArmModelParams::* member,
+                         const char* doc) {
+  params->py_class().attr("fields")[name] = doc;
+  params->py_class().def_property(
+      name,
+      [member](const ArmModelParams& self) {
+        py::array_t<double> array({7, 3, 3});
+        auto view = array.mutable_unchecked<3>();
+        for (int i = 0; i < 7; ++i) {
+          for (int j = 0; j < 3; ++j) {
+            for (int k = 0; k < 3; ++k) view(i, j, k) = (self.*member)[i](j, k);
+          }
+        }
+        array.attr("flags").attr("writeable") = false;
+        return array;
+      },
+      [member, name](ArmModelParams& self, const py::object& value) {
+        self.*member = AsMatrixPerJoint(value, name);
+      },
+      doc);
+}
+
+void BindArmModel(py::module_& m) {
+  using P = ArmModelParams;
+  BindParams<P> params(m, "ArmModelParams",
+                       "Parameters of ArmModel: P is the link in front of a "
+                       "joint, J what the joint turns about its z.");
+  params.Field("p_PJ", &P::p_PJ,
+               "(3, 7), m: column i is the position of J in P");
+  MatrixPerJointField(&params, "R_PJ", &P::R_PJ,
+                      "(7, 3, 3): orientations of J in P at q = 0");
+  params.Field("mass", &P::mass, "(7,), kg, > 0: of the links, no default")
+      .Field("com", &P::com, "(3, 7), m: centres of mass in J");
+  MatrixPerJointField(&params, "inertia", &P::inertia,
+                      "(7, 3, 3), kg m^2: about the centres of mass, in J");
+  params.Field("p_LE", &P::p_LE, "(3,), m: tool point in the last J")
+      .Field("R_LE", &P::R_LE, "(3, 3): orientation of E in the last J")
+      .Field("gravity", &P::gravity,
+             "(3,), m/s^2, in B, default (0, 0, -9.81)");
+  py::class_<ArmModel>(
+      m, "ArmModel",
+      "Kinematics and dynamics of a serial arm with seven revolute joints.")
+      .def(py::init<P>(), py::arg("params"))
+      .def_property_readonly("params", &ArmModel::params,
+                             py::return_value_policy::copy)
+      .def(
+          "calc",
+          [](const ArmModel& self, const py::object& q, const py::object& v) {
+            Pose X_BE;
+            ModelTerms terms;
+            self.Calc(Vec7(q, "q"), Vec7(v, "v"), &X_BE, &terms);
+            return py::make_tuple(X_BE.p, X_BE.R, terms.J_BE, terms.mass,
+                                  terms.bias, terms.gravity, terms.Jdot_v);
+          },
+          py::arg("q"), py::arg("v"),
+          "Takes q (7,), rad, and v (7,), rad/s.\n"
+          "Returns (p_BE (3,), R_BE (3, 3), J_BE (6, 7), mass (7, 7), bias "
+          "(7,) without gravity, gravity (7,) as Drake's "
+          "CalcGravityGeneralizedForces, Jdot_v (6,)); six-vectors and rows "
+          "are [linear; angular] of E in B.");
+}
+
 void BindHapticController(py::module_& m) {
   using P = HapticControllerParams;
   BindParams<P>(m, "HapticControllerParams", "Parameters of HapticController.")
@@ -353,6 +439,7 @@ void BindControl(py::module_& m) {
   BindSelectionBlend(m);
   BindForceLoop(m);
   BindOperationalSpaceController(m);
+  BindArmModel(m);
   BindHapticController(m);
 }
 

@@ -135,7 +135,7 @@ def _run(options: argparse.Namespace) -> int:
             overrides=overrides,
             meshcat=options.meshcat,
             realtime=options.realtime,
-            progress=_print_progress if show else None,
+            progress=_print_progress if show else _TenthsPrinter(),
         )
     except RunError as error:
         result, failure = error.run, str(error)
@@ -177,6 +177,19 @@ def _print_progress(now: float, end: float) -> None:
     done = round(width * now / end)
     bar = "#" * done + "." * (width - done)
     print(f"\r{bar} {now:6.1f} / {end:.1f} s", end="", file=sys.stderr, flush=True)
+
+
+class _TenthsPrinter:
+    """Progress for a file or a pipe: a line for each tenth of the run."""
+
+    def __init__(self) -> None:
+        self._tenths = 0
+
+    def __call__(self, now: float, end: float) -> None:
+        tenths = int(10.0 * now / end + 1e-9)
+        if tenths > self._tenths:
+            self._tenths = tenths
+            print(f"simulated {now:.1f} of {end:.1f} s", file=sys.stderr, flush=True)
 
 
 def _print_metrics(result: Run) -> None:

@@ -155,7 +155,7 @@ def compute_metrics(
             truth = _Truth.of(log, scenario)
             values |= _position_metrics(log, scenario, truth)
             values |= _force_metrics(log, scenario, truth)
-            values |= _perception_metrics(log, truth)
+            values |= _perception_metrics(log, scenario, truth)
     return {key: _json_value(values[key]) for key in METRICS}
 
 
@@ -288,12 +288,15 @@ def _force_metrics(
     return values
 
 
-def _perception_metrics(log: pd.DataFrame, truth: _Truth) -> dict[str, Any]:
+def _perception_metrics(
+    log: pd.DataFrame, scenario: Scenario, truth: _Truth
+) -> dict[str, Any]:
     time = log.index.to_numpy(np.float64)
     dimension = signal(log, "dimension")
     touching = truth.touching
     values: dict[str, Any] = {"contact_losses": _contact_losses(log, truth)}
-    if not touching.any():
+    # The other schemes have no filter that could be right or wrong.
+    if not touching.any() or scenario.scheme != "dual_proxy":
         return values
     right = dimension == signal(log, "contact_dimension")
     values["dimension_accuracy"] = right[touching].mean()

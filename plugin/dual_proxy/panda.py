@@ -27,7 +27,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from dual_proxy.panda_params import TOOL_MASS, BoxParams, PandaSceneParams
 from numpy.typing import ArrayLike, NDArray
 from pydrake.common.value import Value
 from pydrake.geometry import AddContactMaterial, Box, ProximityProperties, SceneGraph
@@ -57,6 +56,8 @@ from pydrake.systems.framework import (
     LeafSystem,
     OutputPort,
 )
+
+from dual_proxy.panda_params import TOOL_MASS, BoxParams, PandaSceneParams
 
 __all__ = [
     "JOINT_LOWER",
@@ -168,7 +169,9 @@ class PandaScene:
 
 
 def _panda_urdf(
-    tool_mass: float = TOOL_MASS, params: PandaSceneParams | None = None
+    tool_mass: float = TOOL_MASS,
+    params: PandaSceneParams | None = None,
+    drawn: bool = False,
 ) -> str:
     """Returns the URDF with the tool's mass and contact properties set."""
     source = importlib.resources.files(__package__).joinpath("models/panda.urdf")
@@ -186,6 +189,10 @@ def _panda_urdf(
     mass.set("value", repr(float(tool_mass)))
     for key, value in inertia.attrib.items():
         inertia.set(key, repr(float(value) * scale))
+    if not drawn:
+        for link in root.iter("link"):
+            for visual in link.findall("visual"):
+                link.remove(visual)
     if params is not None:
         properties = tool.find("collision/{*}proximity_properties")
         assert properties is not None
@@ -229,6 +236,7 @@ def add_panda_scene(
     builder: DiagramBuilder,
     params: PandaSceneParams | None = None,
     q_start: ArrayLike | None = None,
+    drawn: bool = True,
 ) -> PandaScene:
     """Adds the simulated Panda, its table and boxes to a diagram.
 
@@ -243,6 +251,8 @@ def add_panda_scene(
     q_start : (7,) rad, default joint positions of the built diagram; if not
         given, those near `Q_REST` that hold the tool point at
         `params.start_position`, pointing down.
+    drawn : whether there is anything to see; what is not drawn need not be
+        moved along in every step.
     """
     params = copy.deepcopy(params) if params is not None else PandaSceneParams()
     params.validate()
@@ -262,16 +272,17 @@ def add_panda_scene(
     plant.SetUseSampledOutputPorts(True)
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -params.gravity])
     (arm,) = Parser(plant).AddModelsFromString(
-        _panda_urdf(params.tool_mass, params), "urdf"
+        _panda_urdf(params.tool_mass, params, drawn), "urdf"
     )
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("panda_link0", arm))
     properties = _proximity_properties(params)
     for box in params.all_boxes():
         X_BBox = box_pose(box)
         shape = Box(*box.size)
-        plant.RegisterVisualGeometry(
-            plant.world_body(), X_BBox, shape, box.name, box.color
-        )
+        if drawn:
+            plant.RegisterVisualGeometry(
+                plant.world_body(), X_BBox, shape, box.name, box.color
+            )
         plant.RegisterCollisionGeometry(
             plant.world_body(), X_BBox, shape, box.name, properties
         )

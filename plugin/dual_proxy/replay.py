@@ -27,9 +27,6 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import pandas as pd
-from dual_proxy.log import column_names, replace_file
-from dual_proxy.panda import add_panda_scene
-from dual_proxy.panda_params import PandaSceneParams
 from numpy.typing import NDArray
 from pydrake.geometry import (
     Cylinder,
@@ -44,6 +41,10 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder
+
+from dual_proxy.log import column_names, replace_file
+from dual_proxy.panda import add_panda_scene
+from dual_proxy.panda_params import PandaSceneParams
 
 __all__ = ["REPLAY_COLUMNS", "PoseMap", "SceneDrawer", "write_replay"]
 

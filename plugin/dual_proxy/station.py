@@ -22,14 +22,13 @@ from pydrake.multibody.plant import ContactResults
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import (
-    BasicVector,
     Context,
     Diagram,
     DiagramBuilder,
     LeafSystem,
     OutputPort,
 )
-from pydrake.systems.primitives import LogVectorOutput
+from pydrake.systems.primitives import LogVectorOutput, Multiplexer
 
 from dual_proxy import _core
 from dual_proxy.log import SIGNALS, make_frame
@@ -53,8 +52,6 @@ from dual_proxy.systems import (
 
 __all__ = ["Station", "build_station"]
 
-Data = dict[str, NDArray[np.float64]]
-
 _FRAMES_PER_SECOND = 30
 _NO_CONTACT = np.zeros(7)
 
@@ -70,8 +67,9 @@ class _ContactTruth(LeafSystem):
         )
         self.DeclareVectorOutputPort("truth", 7, self._calc, {self._results.ticket()})
 
-    def _calc(self, context: Context, output: BasicVector) -> None:
-        truth = contact_truth(self._results.Eval(context), self._tool_body)
+    def _calc(self, context: Context, output: Any) -> None:
+        results: Any = self._results.Eval(context)
+        truth = contact_truth(results, self._tool_body)
         if truth.dimension == 0:
             output.SetFromVector(_NO_CONTACT)
         else:
@@ -99,19 +97,30 @@ class Station:
         self.scenario = scenario
         self._builder = DiagramBuilder()
         self._ports: dict[str, OutputPort] = {}
-        self._logs: dict[str, Any] = {}
         # Independent streams of random numbers from the scenario's one seed.
         seeds = np.random.SeedSequence(scenario.seed).generate_state(4, np.uint64)
         self._seeds = dict(
-            zip(("filter", "sensor", "to_robot", "to_device"), map(int, seeds))
+            zip(
+                ("filter", "sensor", "to_robot", "to_device"),
+                map(int, seeds),
+                strict=True,
+            )
         )
         self._add_robot()
         self._add_device()
         self._add_link()
-        for name, port in self._ports.items():
-            self._logs[name] = LogVectorOutput(
-                port, self._builder, publish_period=scenario.scene.time_step
-            )
+        # One sink for all that is logged: every event of Drake's has its price.
+        sizes = [port.size() for port in self._ports.values()]
+        self._columns = np.cumsum(sizes)[:-1]
+        everything = self._add("everything", Multiplexer(sizes))
+        for index, port in enumerate(self._ports.values()):
+            self._builder.Connect(port, everything.get_input_port(index))
+        self._everything = everything.get_output_port()
+        self._sink = LogVectorOutput(
+            self._everything,
+            self._builder,
+            publish_period=scenario.scene.time_step,
+        )
         self.diagram: Diagram = self._builder.Build()
         self.diagram.set_name("station")
         self.simulator = Simulator(self.diagram)
@@ -134,20 +143,16 @@ class Station:
 
     def log_frame(self) -> pd.DataFrame:
         """Returns the log so far; see `dual_proxy.log.SIGNALS`."""
-        context = self.simulator.get_context()
-        logs = {name: sink.FindLog(context) for name, sink in self._logs.items()}
-        data = {name: log.data().T for name, log in logs.items()}
-        times = logs["robot"].sample_times()
-        return make_frame(times, self._signals(times, data))
+        log: Any = self._sink.FindLog(self.simulator.get_context())
+        times = log.sample_times()
+        return make_frame(times, self._signals(times, log.data().T))
 
     def _current_row(self) -> dict[str, float]:
         root = self.simulator.get_context()
-        data = {}
-        for name, port in self._ports.items():
-            context = port.get_system().GetMyContextFromRoot(root)
-            data[name] = np.asarray(port.Eval(context))[np.newaxis]
+        system = self._everything.get_system()
+        row: Any = self._everything.Eval(system.GetMyContextFromRoot(root))
         times = np.array([root.get_time()])
-        frame = make_frame(times, self._signals(times, data))
+        frame = make_frame(times, self._signals(times, row[np.newaxis]))
         return dict(zip(frame.columns, frame.iloc[0].tolist(), strict=True))
 
     def _add(self, name: str, system: Any) -> Any:
@@ -157,9 +162,7 @@ class Station:
         self._builder.ExportOutput(port, name)
 
     def _connect(self, source: Any, output: str, target: Any, port: str) -> None:
-        self._builder.Connect(
-            source.GetOutputPort(output), target.GetInputPort(port)
-        )
+        self._builder.Connect(source.GetOutputPort(output), target.GetInputPort(port))
 
     def _add_robot(self) -> None:
         """The arm in its scene, the wrist sensor, the robot side, the filter."""
@@ -170,7 +173,7 @@ class Station:
         q_start = model.inverse_kinematics(
             scenario.map.p_cw, scenario.map.R_cw, scenario.controller.q_rest
         )
-        scene = add_panda_scene(builder, scene_params, q_start)
+        scene = add_panda_scene(builder, scene_params, q_start, drawn=False)
         reaction = self._add("reaction", SensorReaction(scene.sensor_joint))
         params = _core.RobotSideParams(
             proxy=scenario.robot_proxy,
@@ -298,8 +301,12 @@ class Station:
             "robot_message" if dual_proxy else "force_message",
         )
 
-    def _signals(self, times: NDArray[np.float64], data: Data) -> Data:
-        """Returns every signal of the log from the logged ports."""
+    def _signals(
+        self, times: NDArray[np.float64], rows: NDArray[np.float64]
+    ) -> dict[str, NDArray[np.float64]]:
+        """Returns every signal of the log from rows of the logged ports."""
+        parts = np.split(rows, self._columns, axis=1)
+        data = dict(zip(self._ports, parts, strict=True))
         values = {
             name: data[side][:, where]
             for side, layout in (
@@ -309,14 +316,14 @@ class Station:
             for name, where in layout.items()
         }
         truth = data["truth"]
-        rows = len(truth)
+        count = len(truth)
         values |= {
             "hand_position": np.array([self._path.calc(t)[0] for t in times]),
             "contact_force": truth[:, :3],
             "contact_normal": truth[:, 3:6],
             "contact_dimension": truth[:, 6:],
-            "dimension": data.get("dimension", np.zeros((rows, 1))),
-            "force_direction": data.get("force_direction", np.zeros((rows, 3))),
+            "dimension": data.get("dimension", np.zeros((count, 1))),
+            "force_direction": data.get("force_direction", np.zeros((count, 3))),
         }
         if "position_force" in data:
             force = data["position_force"][:, :3]

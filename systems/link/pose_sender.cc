@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/link/pose_sender.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "dual_proxy/common/rotation.h"
@@ -79,7 +80,9 @@ const Message& MessageSender<Message>::Add(
   if (time < state->next_due - 0.5 * params_.period) return state->message;
   const double interval = 1.0 / params_.rate;
   const double late = time - state->next_due + 0.5 * params_.period;
-  state->next_due += interval * (std::floor(late / interval) + 1.0);
+  // Rounding can leave `late` a shade below zero.
+  state->next_due +=
+      interval * (std::max(0.0, std::floor(late / interval)) + 1.0);
   if (state->samples == 0) return state->message;
   const std::int64_t sequence = state->message.sequence + 1;
   Divide(static_cast<double>(state->samples), &state->sum);

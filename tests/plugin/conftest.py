@@ -15,7 +15,7 @@ from dual_proxy.log import SIGNALS, make_frame
 CONTACT_START = 3.0
 CONTACT_END = 16.2
 LIFT = 16.0
-CONTACT_HEIGHT = 0.11
+CONTACT_HEIGHT = 0.41
 DEPTH = 0.04
 FORCE = 6.5
 
@@ -35,7 +35,7 @@ def _arrays(scenario) -> tuple[np.ndarray, Arrays]:
     hand[:, 2] = np.interp(
         time,
         [1.0, CONTACT_START, LIFT, LIFT + 0.4],
-        [0.18, CONTACT_HEIGHT - DEPTH, CONTACT_HEIGHT - DEPTH, 0.18],
+        [0.48, CONTACT_HEIGHT - DEPTH, CONTACT_HEIGHT - DEPTH, 0.48],
     )
     robot = hand.copy()
     robot[:, 2] = np.maximum(hand[:, 2], CONTACT_HEIGHT)

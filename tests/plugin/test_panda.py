@@ -8,10 +8,19 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from types import SimpleNamespace
 
-import dual_proxy
 import numpy as np
 import pandas as pd
 import pytest
+from pydrake.geometry import Role
+from pydrake.multibody.tree import (
+    BodyIndex,
+    JacobianWrtVariable,
+    JointActuatorIndex,
+)
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+
+import dual_proxy
 from dual_proxy.panda import (
     JOINT_LOWER,
     JOINT_UPPER,
@@ -33,10 +42,6 @@ from dual_proxy.panda_params import (
     BoxParams,
     PandaSceneParams,
 )
-from pydrake.geometry import Role
-from pydrake.multibody.tree import BodyIndex, JointActuatorIndex
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 GRAVITY = 9.81
 APPROXIMATIONS = ("lagged", "similar", "sap")
@@ -230,6 +235,40 @@ def test_bias_is_lagranges_without_gravity(model):
             model.calc(q, v).bias, mass_rate @ v - gradient, atol=1e-6
         )
     assert np.array_equal(model.calc(Q_REST, zero).bias, zero)
+
+
+@pytest.mark.parametrize("tool_mass", [TOOL_MASS, 2.3])
+def test_terms_equal_the_simulators(tool_mass):
+    params = PandaSceneParams(tool_mass=tool_mass)
+    plant = add_panda_scene(DiagramBuilder(), params).plant
+    context = plant.CreateDefaultContext()
+    model = PandaModel(tool_mass)
+    world = plant.world_frame()
+    tool_point = plant.GetFrameByName("tool_point")
+    of_tool_point = (context, JacobianWrtVariable.kV, tool_point, np.zeros(3))
+    linear_angular = [3, 4, 5, 0, 1, 2]
+    rng = np.random.default_rng(11)
+    for _ in range(200):
+        q = rng.uniform(JOINT_LOWER, JOINT_UPPER)
+        v = rng.uniform(-JOINT_VELOCITY_LIMIT, JOINT_VELOCITY_LIMIT)
+        plant.SetPositionsAndVelocities(context, np.concatenate([q, v]))
+        X_BE = tool_point.CalcPoseInWorld(context)
+        jacobian = plant.CalcJacobianSpatialVelocity(*of_tool_point, world, world)
+        acceleration = plant.CalcBiasSpatialAcceleration(*of_tool_point, world, world)
+        expected = {
+            "p_BE": X_BE.translation(),
+            "R_BE": X_BE.rotation().matrix(),
+            "J_BE": jacobian[linear_angular],
+            "mass": plant.CalcMassMatrix(context),
+            "bias": plant.CalcBiasTerm(context),
+            "gravity": plant.CalcGravityGeneralizedForces(context),
+            "Jdot_v": acceleration.get_coeffs()[linear_angular],
+        }
+        terms = model.calc(q, v)._asdict()
+        assert terms.keys() == expected.keys()
+        for name, value in expected.items():
+            error = np.linalg.norm(terms[name] - value)
+            assert error < 1e-10 * np.linalg.norm(value), name
 
 
 def test_terms_are_not_overwritten_by_the_next_call(model):

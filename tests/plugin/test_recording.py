@@ -102,15 +102,18 @@ def test_path_presses_where_the_hand_worked(csv_file):
     scenario = load_scenario("plane")
     recording = read_recording(write(csv_file, table()))
     start = np.array(scenario.scene.start_position)
-    times, points = recorded_path(recording, start, 0.11, 0.04, scenario.reachable)
+    times, points = recorded_path(
+        recording, start, scenario.scene.contact_height, 0.04, scenario.reachable
+    )
     assert np.all(np.diff(times) > 0)
     assert times[0] == 0.0
     assert times[-1] == pytest.approx(3.99 + 2 * MOVE_TIME)
     np.testing.assert_allclose(points[[0, -1]], [start, start], atol=1e-12)
     inside = (times >= MOVE_TIME - 1e-9) & (times <= times[-1] - MOVE_TIME + 1e-9)
     placed = points[inside]
-    assert placed[:, 2].min() == pytest.approx(0.07)
-    assert placed[:, 2].max() == pytest.approx(0.15)  # Not scaled.
+    assert scenario.scene.contact_height == pytest.approx(0.41)
+    assert placed[:, 2].min() == pytest.approx(0.37)
+    assert placed[:, 2].max() == pytest.approx(0.45)  # Not scaled.
     middle = (placed.min(axis=0) + placed.max(axis=0)) / 2.0
     np.testing.assert_allclose(middle[:2], start[:2], atol=1e-12)
     # A person's speed stays as it is; the moves in and out are slow.
@@ -122,13 +125,15 @@ def test_too_large_a_motion_is_scaled_to_fit(csv_file):
     scenario = load_scenario("plane")
     recording = read_recording(write(csv_file, table(size=0.6)))
     start = np.array(scenario.scene.start_position)
-    _, points = recorded_path(recording, start, 0.11, 0.04, scenario.reachable)
+    _, points = recorded_path(
+        recording, start, scenario.scene.contact_height, 0.04, scenario.reachable
+    )
     assert scenario.reachable(points).all()
     extent = points.max(axis=0) - points.min(axis=0)
     # Down to the reach along x, in proportion along y.
     assert extent[0] == pytest.approx(2 * 0.95 * 0.055 * 2.5, rel=1e-3)
     assert extent[1] == pytest.approx(extent[0], rel=1e-3)
-    assert points[:, 2].min() == pytest.approx(0.07)
+    assert points[:, 2].min() == pytest.approx(0.37)
 
 
 def test_depth_out_of_reach_is_refused(csv_file):

@@ -119,7 +119,7 @@ def test_shared_values_are_written_once(plane):
     dut = plane.with_overrides(
         {
             "scene.time_step": 5e-4,
-            "scene.start_position": [0.5, 0.01, 0.18],
+            "scene.start_position": [0.5, 0.01, 0.48],
             "map.scale": 2.0,
             "link.timeout": 0.25,
             "robot_proxy.stiffness": 400,
@@ -127,7 +127,7 @@ def test_shared_values_are_written_once(plane):
             "scene.tool_mass": 0.3,
         }
     )
-    np.testing.assert_array_equal(dut.map.p_cw, [0.5, 0.01, 0.18])
+    np.testing.assert_array_equal(dut.map.p_cw, [0.5, 0.01, 0.48])
     for side in (dut.robot_proxy, dut.haptic_proxy, dut.position_force):
         assert side.map == dut.map
         assert side.link.timeout == 0.25
@@ -214,9 +214,9 @@ def test_wrong_values_set_in_python_are_found_by_validate(plane):
 @pytest.mark.parametrize(
     ("points", "message"),
     [
-        ([(1.0, [0.45, 0, 0.18]), (2.0, [0.45, 0, 0.18])], r"\[0\].time: expected 0"),
-        ([(0.0, [0.45, 0, 0.18]), (0.0, [0.45, 0, 0.1])], r"\[1\].time: expected more"),
-        ([(0.0, [0.45, 0, 0.18]), (1.0, [0.9, 0, 0.1])], r"\[1\].position: expected a"),
+        ([(1.0, [0.45, 0, 0.48]), (2.0, [0.45, 0, 0.48])], r"\[0\].time: expected 0"),
+        ([(0.0, [0.45, 0, 0.48]), (0.0, [0.45, 0, 0.4])], r"\[1\].time: expected more"),
+        ([(0.0, [0.45, 0, 0.48]), (1.0, [0.9, 0, 0.4])], r"\[1\].position: expected a"),
     ],
 )
 def test_waypoints_are_checked(plane, points, message):

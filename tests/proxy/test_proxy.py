@@ -211,7 +211,13 @@ def run_robot_side(seed: int) -> tuple[np.ndarray, dp.RobotSideProxyState]:
         )
         output = state.output
         rows.append(
-            [*output.reference_force, *output.proxy_pose.p, *output.motion_error]
+            [
+                *output.reference_force,
+                *output.proxy_pose.p,
+                *output.motion_error,
+                int(output.link_status),
+                *selection.ravel(),
+            ]
         )
     return np.array(rows), state
 
@@ -222,11 +228,76 @@ def test_robot_side_never_steps():
     force_steps = np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1)
     assert force_steps.max() <= 50 * PERIOD + 1e-12
     assert force_steps.max() > 0.04
-    assert np.abs(np.diff(rows[:, 3:6], axis=0)).max() <= 0.2 * PERIOD + 1e-12
-    assert np.linalg.norm(rows[:, 6:], axis=1).max() <= 0.012 + 1e-12
+    proxy, motion_error = rows[:, 3:6], np.linalg.norm(rows[:, 6:9], axis=1)
+    selections = rows[:, 10:].reshape(-1, 3, 3)
+    # The only steps of the proxy: without a link, it is taken out to the robot,
+    # which is at zero, along what the force space loses, and nowhere else.
+    jumps = np.diff(proxy, axis=0)
+    alone = rows[1:, 9] != int(dp.LinkStatus.CONNECTED)
+    released = alone & np.any(selections[1:] != selections[:-1], axis=(1, 2))
+    assert np.abs(jumps[~released]).max() <= 0.2 * PERIOD + 1e-12
+    ways = np.array(
+        [
+            (EYE - now) @ last @ -p
+            for p, last, now in zip(
+                proxy[:-1], selections[:-1], selections[1:], strict=True
+            )
+        ]
+    )
+    moves = jumps[released] - ways[released]
+    assert np.abs(moves).max() <= 0.2 * PERIOD + 1e-12
+    assert np.linalg.norm(ways[released], axis=1).max() > 0.01
+    # So the robot is pulled no harder than before.
+    assert motion_error.max() <= 0.012 + 1e-12
+    pulls = np.diff(motion_error)[released]
+    assert pulls.max() <= np.sqrt(3) * 0.2 * PERIOD + 1e-12
     assert state.link.losses >= 1
     assert state.link.status == dp.LinkStatus.CONNECTED
     assert state.bad_inputs == 7
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        None,
+        *(
+            pytest.param(
+                name,
+                marks=pytest.mark.xfail(
+                    strict=True,
+                    reason="Update() notes the new selection without Release()",
+                ),
+            )
+            for name in ("sensed_wrench", "robot_position")
+        ),
+    ],
+)
+def test_robot_side_without_a_link_never_presses_with_what_it_lost(bad):
+    dut = dp.RobotSideProxy()
+    state = dut.make_state()
+    for i in range(2000):
+        time = PERIOD * i
+        if i < 1000:
+            newest = send(i, time, [0, 0, -0.004])
+        values = {"sensed_wrench": [0, 0, -5.0, 0, 0, 0], "robot_position": [0, 0, 0]}
+        # The direction is lost in the very tick in which a value is none.
+        if i == 1800 and bad:
+            values[bad] = np.full(len(values[bad]), np.nan)
+        selection = direction(0, 0, 1) if i < 1800 else NONE
+        dut.update(
+            time,
+            newest,
+            robot_rotation=EYE,
+            force_selection=selection,
+            moment_selection=NONE,
+            state=state,
+            **values,
+        )
+        if i == 1799:
+            assert state.output.link_status == dp.LinkStatus.LOST
+            np.testing.assert_allclose(state.output.proxy_pose.p, [0, 0, -0.01])
+    assert state.bad_inputs == (bad is not None)
+    np.testing.assert_allclose(state.output.motion_error, 0, atol=1e-12)
 
 
 def test_robot_side_is_deterministic():

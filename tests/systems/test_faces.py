@@ -95,6 +95,25 @@ def robot_state(t):
     return np.concatenate([q, np.full(NUM_JOINTS, 0.1 * math.cos(2 * t))])
 
 
+def sensor_params():
+    """As of a bad sensor: all that it can do to a wrench, it does."""
+    params = _core.ForceTorqueSensorParams()
+    params.force_bias = [0.5, -0.3, 0.2]
+    params.cutoff = 40.0
+    params.tool_mass = 0.3
+    params.tool_com = [0.0, 0.01, 0.05]
+    return params
+
+
+def device_params():
+    params = _core.SimulatedHapticDeviceParams()
+    params.hand_stiffness = 300.0
+    return params
+
+
+P_SE = [0.01, 0.0, 0.1]
+
+
 def wave(*amplitudes):
     return lambda t: np.array(amplitudes) * math.sin(7 * t + 0.3)
 
@@ -133,6 +152,9 @@ class Entry:
     feedthrough: bool = False
     # Outputs that go to hardware or to a plant.
     acting: tuple = ()
+    # Name of the class, and whether it holds simulated hardware.
+    cls: str = ""
+    simulated: bool = False
 
 
 Message, Force, Transform = _core.PoseMessage, _core.ForceMessage, RigidTransform
@@ -361,6 +383,66 @@ FACES = {
             "mean_contact_force",
         ),
     ),
+    "RobotSide with a sensor": Entry(
+        make=lambda: systems.RobotSide(
+            panda(), robot_side_params(), Q_REST, sensor_params(), P_SE, seed=4
+        ),
+        cls="RobotSide",
+        simulated=True,
+        inputs={
+            "haptic_message": Message,
+            "robot_state": 14,
+            "reaction": 6,
+            "force_selection": 9,
+            "moment_selection": 9,
+        },
+        outputs={
+            "signals": _core.RobotSide.output_size(),
+            "torque": 7,
+            "robot_pose": Transform,
+            "message": Message,
+            "force_message": Force,
+            "mean_sensed_force": 3,
+            "mean_velocity": 3,
+            "mean_motion_force": 3,
+            "mean_contact_force": 3,
+            "sensed_wrench": 6,
+        },
+        sources={
+            "haptic_message": pose_message,
+            "robot_state": robot_state,
+            "reaction": wrench,
+            "force_selection": selection,
+            "moment_selection": no_selection,
+        },
+        feedthrough=True,  # robot_state -> robot_pose only.
+        acting=(
+            "torque",
+            "message",
+            "force_message",
+            "mean_sensed_force",
+            "mean_velocity",
+            "mean_motion_force",
+            "mean_contact_force",
+            "sensed_wrench",
+        ),
+    ),
+    "HapticSide with a device": Entry(
+        make=lambda: systems.HapticSide(
+            _core.HapticSideParams(), device_params(), operator_path()
+        ),
+        cls="HapticSide",
+        simulated=True,
+        inputs={"robot_message": Message},
+        outputs={
+            "signals": _core.HapticSide.output_size(),
+            "device_wrench": 6,
+            "message": Message,
+            "device_pose": Transform,
+        },
+        sources={"robot_message": robot_message},
+        acting=("device_wrench", "message", "device_pose"),
+    ),
     "HapticSide": Entry(
         make=systems.HapticSide,
         inputs={
@@ -381,6 +463,9 @@ FACES = {
         acting=("device_wrench", "message"),
     ),
 }
+
+for face_name, face_entry in FACES.items():
+    face_entry.cls = face_entry.cls or face_name
 
 every_face = pytest.mark.parametrize("name", FACES)
 
@@ -407,12 +492,18 @@ class Source(LeafSystem):
 
 def build(entry, sources=None, leave_out=()):
     """A diagram of the face and its sources, with all outputs exported."""
+    sources = {**entry.sources, **(sources or {})}
+    for port in leave_out:
+        del sources[port]
+    return build_around(entry.make(), sources)
+
+
+def build_around(face, sources):
     builder = DiagramBuilder()
-    face = builder.AddSystem(entry.make())
-    for port, function in {**entry.sources, **(sources or {})}.items():
-        if port not in leave_out:
-            source = builder.AddSystem(Source(function))
-            builder.Connect(source.get_output_port(), face.GetInputPort(port))
+    builder.AddSystem(face)
+    for port, function in sources.items():
+        source = builder.AddSystem(Source(function))
+        builder.Connect(source.get_output_port(), face.GetInputPort(port))
     for i in range(face.num_output_ports()):
         port = face.get_output_port(i)
         builder.ExportOutput(port, port.get_name())
@@ -485,18 +576,34 @@ def test_ports_are_those_of_the_table(name):
     assert list(port_table(face, outputs).items()) == list(expected.items())
 
 
+def listed_ports(block, simulated):
+    """The ports of a part of a docstring, with simulated hardware or without."""
+    ports = []
+    mode = None
+    for item in re.split(r"^ *- ", block, flags=re.MULTILINE)[1:]:
+        text = " ".join(item.replace("#", " ").split())
+        if "(only with a simulated" in text:
+            mode = True
+        elif "(not with a simulated" in text:
+            mode = False
+        elif "(likewise)" not in text:
+            mode = None
+        if mode in (None, simulated):
+            ports.append(text.split()[0])
+    return ports
+
+
 @every_face
 def test_docstring_lists_the_ports(name):
     entry = FACES[name]
-    text = getattr(systems, name).__doc__
+    text = getattr(systems, entry.cls).__doc__
     block = re.search(r"@system\n(.*?)@endsystem", text, re.DOTALL).group(1)
-    assert re.search(r"name: (\w+)", block).group(1) == name
+    assert re.search(r"name: (\w+)", block).group(1) == entry.cls
     inputs, outputs = block.split("output_ports:")
-    listed = [
-        re.findall(r"^ *- (\w+)", part, re.MULTILINE) for part in (inputs, outputs)
-    ]
-    assert listed[0] == [*entry.inputs, *entry.more_inputs]
-    assert listed[1] == [*entry.outputs, *entry.more_outputs]
+    expected = [*entry.inputs, *entry.more_inputs]
+    assert listed_ports(inputs, entry.simulated) == expected
+    expected = [*entry.outputs, *entry.more_outputs]
+    assert listed_ports(outputs, entry.simulated) == expected
 
 
 @every_face
@@ -512,7 +619,13 @@ def test_every_face_is_in_the_table():
         if isinstance(getattr(systems, name), type)
         and issubclass(getattr(systems, name), LeafSystem)
     }
-    assert faces == set(FACES)
+    assert faces == {entry.cls for entry in FACES.values()}
+
+
+def test_a_side_with_simulated_hardware_is_in_the_table_both_ways():
+    for cls in ("RobotSide", "HapticSide"):
+        modes = [entry.simulated for entry in FACES.values() if entry.cls == cls]
+        assert sorted(modes) == [False, True]
 
 
 # State in the Context.
@@ -547,6 +660,75 @@ def test_context_of_another_instance_is_independent(name):
     simulator = Simulator(first)
     simulate(simulator, 0.05)
     np.testing.assert_array_equal(simulate(Simulator(second), 0.15), expected)
+
+
+def memories(diagram, root):
+    """What a face and its context hold as the algorithm's state."""
+    face = diagram.GetSystems()[0]
+    context = face.GetMyContextFromRoot(root)
+    return [
+        context.get_abstract_state(i).get_value()
+        for i in range(context.num_abstract_states())
+    ]
+
+
+@every_face
+def test_clones_share_memory_and_do_not_influence_each_other(name):
+    entry = FACES[name]
+    diagram = build(entry)
+    untouched = Simulator(diagram)
+    simulate(untouched, 0.1205)
+    expected = simulate(untouched, 0.25)
+
+    simulator = Simulator(diagram)
+    simulate(simulator, 0.1205)
+    root = simulator.get_context()
+    shared = memories(diagram, root)
+    twin, other, late = (Simulator(diagram, root.Clone()) for _ in range(3))
+    for clone in (twin, other, late):
+        for mine, theirs in zip(
+            shared, memories(diagram, clone.get_context()), strict=True
+        ):
+            assert mine is theirs  # Not a copy: what makes the test needed.
+    # In one of them all inputs stand still.
+    face = diagram.GetSystems()[0]
+    context = face.GetMyMutableContextFromRoot(other.get_mutable_context())
+    for port, function in entry.sources.items():
+        value = function(0.0)
+        if not (isinstance(value, np.ndarray) and value.ndim == 1):
+            value = AbstractValue.Make(value)
+        face.GetInputPort(port).FixValue(context, value)
+
+    # They take turns.
+    rows = {"other": [], "mine": [], "twin": []}
+    turns = {"other": other, "mine": simulator, "twin": twin}
+    now = root.get_time()
+    while now < 0.25 - 1e-9:
+        now = min(now + 0.0105, 0.25)
+        for who, turn in turns.items():
+            rows[who].append(simulate(turn, now, step=1.0)[0])
+    np.testing.assert_array_equal(rows["mine"], expected)
+    np.testing.assert_array_equal(rows["twin"], expected)
+    assert np.any(np.array(rows["other"]) != expected)
+    # What was shared is still as it was.
+    for mine, theirs in zip(shared, memories(diagram, late.get_context()), strict=True):
+        assert mine is theirs
+    np.testing.assert_array_equal(simulate(late, 0.25), expected)
+
+
+@every_face
+def test_a_step_replaces_the_memory(name):
+    diagram = build(FACES[name])
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.0995)
+    before = memories(diagram, simulator.get_context())
+    states = [memory.state for memory in before]
+    simulator.AdvanceTo(0.2005)
+    after = memories(diagram, simulator.get_context())
+    assert len(after) == (FACES[name].cls != "ArmKinematics")
+    for mine, state, theirs in zip(before, states, after, strict=True):
+        assert mine is not theirs
+        assert mine.state is state is not theirs.state
 
 
 def test_reading_outputs_changes_nothing():
@@ -600,7 +782,17 @@ def start_values(name):
     return read(diagram, diagram.CreateDefaultContext())
 
 
-@pytest.mark.parametrize("name", ["CommunicationChannel", "PoseSender", "HapticSide"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "CommunicationChannel",
+        "PoseSender",
+        "HapticSide",
+        "HapticSide with a device",
+        "RobotSide",
+        "RobotSide with a sensor",
+    ],
+)
 def test_message_is_empty_at_the_start(name):
     assert start_values(name)["message"][0] == -1
 
@@ -611,23 +803,30 @@ def test_filter_starts_without_contact():
         np.testing.assert_array_equal(value, 0, err_msg=name)
 
 
-@pytest.mark.parametrize("name", ["HapticSide", "ForceTorqueSensor", "WindowMean"])
+@pytest.mark.parametrize(
+    "name",
+    ["HapticSide", "HapticSide with a device", "ForceTorqueSensor", "WindowMean"],
+)
 def test_starts_at_zero(name):
     port = FACES[name].acting[0]
     np.testing.assert_array_equal(start_values(name)[port], 0)
 
 
-def test_robot_side_holds_the_arm_at_the_start():
+@pytest.mark.parametrize("name", ["RobotSide", "RobotSide with a sensor"])
+def test_robot_side_holds_the_arm_at_the_start(name):
     gravity = panda().calc(Q_REST, np.zeros(NUM_JOINTS)).gravity
-    values = start_values("RobotSide")
+    values = start_values(name)
     np.testing.assert_array_equal(values["torque"], -gravity)
     np.testing.assert_array_equal(values["signals"], 0)
+    np.testing.assert_array_equal(values.get("sensed_wrench", np.zeros(6)), 0)
 
 
 def test_device_starts_at_its_home():
     values = start_values("SimulatedHapticDevice")
     np.testing.assert_array_equal(values["device_pose"], np.eye(4).ravel())
     np.testing.assert_array_equal(values["device_velocity"], 0)
+    values = start_values("HapticSide with a device")
+    np.testing.assert_array_equal(values["device_pose"], np.eye(4).ravel())
 
 
 def test_robot_proxy_starts_at_the_robot():
@@ -664,7 +863,11 @@ def test_robot_proxy_starts_at_the_robot():
         ("RobotSide", "sensed_wrench"),
         ("RobotSide", "force_selection"),
         ("RobotSide", "moment_selection"),
+        ("RobotSide with a sensor", "haptic_message"),
+        ("RobotSide with a sensor", "force_selection"),
+        ("RobotSide with a sensor", "moment_selection"),
         ("HapticSide", "robot_message"),
+        ("HapticSide with a device", "robot_message"),
     ],
 )
 def test_optional_port(name, port):
@@ -682,21 +885,24 @@ def test_optional_port(name, port):
 def test_sides_without_messages_wait_and_send():
     for name, port in (
         ("RobotSide", "haptic_message"),
+        ("RobotSide with a sensor", "haptic_message"),
         ("HapticSide", "robot_message"),
+        ("HapticSide with a device", "robot_message"),
     ):
         diagram = build(FACES[name], leave_out=[port])
         simulator = Simulator(diagram)
         simulator.AdvanceTo(0.1)
         outputs = read(diagram, simulator.get_context())
         layout = diagram.GetSystems()[0].layout
-        side = "robot" if name == "RobotSide" else "haptic"
+        side = "robot" if FACES[name].cls == "RobotSide" else "haptic"
         status = outputs["signals"][layout[f"{side}_link_status"]]
         assert status == int(_core.LinkStatus.WAITING)
         assert outputs["message"][0] == 4
 
 
-def test_without_a_message_there_is_no_force_on_the_hand():
-    diagram = build(FACES["HapticSide"], leave_out=["robot_message"])
+@pytest.mark.parametrize("name", ["HapticSide", "HapticSide with a device"])
+def test_without_a_message_there_is_no_force_on_the_hand(name):
+    diagram = build(FACES[name], leave_out=["robot_message"])
     simulator = Simulator(diagram)
     simulator.AdvanceTo(0.1)
     np.testing.assert_array_equal(
@@ -740,13 +946,16 @@ def test_bad_values_never_raise_and_never_get_through(name, port, bad):
             assert np.all(np.isfinite(outputs[output])), (output, stop)
 
 
-@pytest.mark.parametrize("name", ["OperationalSpaceController", "RobotSide"])
+@pytest.mark.parametrize(
+    "name",
+    ["OperationalSpaceController", "RobotSide", "RobotSide with a sensor"],
+)
 def test_torque_is_held_while_the_robot_state_is_none(name):
     entry = FACES[name]
     diagram = build(entry, {"robot_state": spoil(entry.sources["robot_state"], np.nan)})
     simulator = Simulator(diagram)
     simulator.AdvanceTo(0.0495)
-    simulator.AdvanceTo(0.0505 if name == "RobotSide" else 0.05)
+    simulator.AdvanceTo(0.0505 if FACES[name].cls == "RobotSide" else 0.05)
     first = read(diagram, simulator.get_context())["torque"]
     simulator.AdvanceTo(0.11)
     held = read(diagram, simulator.get_context())["torque"]
@@ -774,9 +983,7 @@ def test_bad_prior_leaves_the_one_before(bad):
     expected = simulate(Simulator(good), 0.25)
     simulator = Simulator(spoiled)
     np.testing.assert_array_equal(simulate(simulator, 0.25), expected)
-    face = spoiled.GetSystems()[0]
-    context = face.GetMyContextFromRoot(simulator.get_context())
-    state = context.get_abstract_state(0).get_value()
+    state = memories(spoiled, simulator.get_context())[0].state
     assert state.bad_inputs == 10
     assert state.updates == 13
 
@@ -858,6 +1065,26 @@ def controller_with_limit(limit):
         (
             lambda: systems.RobotSide(panda(), q_start=np.zeros(6)),
             ["RobotSide", "q_start", "(7,)", "(6,)"],
+        ),
+        (
+            lambda: systems.RobotSide(
+                panda(), sensor=sensor_params(), p_SE=np.zeros(2)
+            ),
+            ["RobotSide", "p_SE", "(3,)", "(2,)"],
+        ),
+        (
+            lambda: systems.RobotSide(
+                panda(), sensor=sensor_params(), p_SE=[0.0, math.nan, 0.0]
+            ),
+            ["RobotSide", "p_SE", "finite"],
+        ),
+        (
+            lambda: systems.HapticSide(device=device_params()),
+            ["HapticSide", "device", "path"],
+        ),
+        (
+            lambda: systems.HapticSide(path=operator_path()),
+            ["HapticSide", "device", "path"],
         ),
         (filter_with(num_particles=1), ["num_particles", "1"]),
         (filter_with(period=-0.1), ["period", "-0.1"]),
@@ -945,7 +1172,7 @@ def received(rate, delay, duration):
     simulator = Simulator(diagram)
     simulator.AdvanceTo(duration)
     context = receiver.GetMyContextFromRoot(simulator.get_context())
-    return np.transpose(context.get_abstract_state(0).get_value())
+    return np.transpose(context.get_abstract_state(0).get_value().state)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.05, 0.15, 0.35])
@@ -959,7 +1186,7 @@ def test_channel_delays_exactly_as_asked(rate, delay):
 
 
 # At these rates messages do not fall on the sides' steps.
-@pytest.mark.parametrize("rate", [60.0, 300.0])
+@pytest.mark.parametrize("rate", [16.0, 60.0, 80.0, 300.0])
 def test_channel_misses_no_message_at_odd_rates(rate):
     sequences, ages = received(rate, 0.0, 1.0)
     np.testing.assert_array_equal(sequences, np.arange(len(sequences)))
@@ -1056,10 +1283,134 @@ def test_arm_kinematics_is_the_model():
     )
 
 
-def test_state_of_a_face_is_a_copy():
+def test_copying_a_memory_shares_the_state():
     face = FACES["OperationalSpaceController"].make()
-    context = face.CreateDefaultContext()
-    state = context.get_abstract_state(0).get_value()
-    twin = copy.deepcopy(state)
-    assert twin is not state
-    assert twin.state is not state.state
+    memory = face.CreateDefaultContext().get_abstract_state(0).get_value()
+    assert copy.deepcopy(memory) is memory
+    # Not so the state itself, which a step copies.
+    assert copy.copy(memory.state) is not memory.state
+
+
+def test_default_contexts_do_not_hand_out_what_the_face_starts_from():
+    face = FACES["HapticSideProxy"].make()
+    start = face._start
+    simulator = Simulator(build_around(face, FACES["HapticSideProxy"].sources))
+    before = start.link.received
+    simulator.AdvanceTo(0.1)
+    assert face._start is start
+    assert start.link.received == before == 0
+    (memory,) = memories(simulator.get_system(), simulator.get_context())
+    assert memory.state.link.received > 0
+
+
+# Sides with simulated hardware: the same bits as with the system in front.
+
+
+def both_ways(name, sources):
+    """The diagram of one face and of two, and the output that the second adds."""
+    entry = FACES[name]
+    fused = build(entry, sources)
+    builder = DiagramBuilder()
+    side = builder.AddSystem(FACES[entry.cls].make())
+    if entry.cls == "RobotSide":
+        front = builder.AddSystem(
+            systems.ForceTorqueSensor(sensor_params(), P_SE, seed=4)
+        )
+        links = [
+            (side, "robot_pose", front),
+            (front, "sensed_wrench", side),
+        ]
+        more = "sensed_wrench"
+    else:
+        front = builder.AddSystem(
+            systems.SimulatedHapticDevice(operator_path(), device_params())
+        )
+        links = [
+            (side, "device_wrench", front),
+            (front, "device_pose", side),
+            (front, "device_velocity", side),
+        ]
+        more = "device_pose"
+    for source, port, target in links:
+        builder.Connect(source.GetOutputPort(port), target.GetInputPort(port))
+    for port, function in {**entry.sources, **sources}.items():
+        target = front if port == "reaction" else side
+        source = builder.AddSystem(Source(function))
+        builder.Connect(source.get_output_port(), target.GetInputPort(port))
+    for i in range(side.num_output_ports()):
+        port = side.get_output_port(i)
+        builder.ExportOutput(port, port.get_name())
+    builder.ExportOutput(front.GetOutputPort(more), more)
+    separate = builder.Build()
+    return fused, separate, more
+
+
+@pytest.mark.parametrize("bad", [None, np.nan, np.inf])
+@pytest.mark.parametrize(
+    ("name", "port"),
+    [
+        (name, port)
+        for name, entry in FACES.items()
+        if entry.simulated
+        for port in entry.sources
+    ],
+)
+def test_simulated_hardware_gives_the_same_bits(name, port, bad):
+    function = FACES[name].sources[port]
+    sources = {port: function if bad is None else spoil(function, bad)}
+    fused, separate, more = both_ways(name, sources)
+    one, two = Simulator(fused), Simulator(separate)
+    seen = []
+    for i in range(301):
+        # The first row is of the start, before any step; all are between steps.
+        if i > 0:
+            one.AdvanceTo(i * 1e-3 - 0.0005)
+            two.AdvanceTo(i * 1e-3 - 0.0005)
+        mine = read(fused, one.get_context())
+        theirs = read(separate, two.get_context())
+        assert list(mine) == list(theirs)
+        for output, value in mine.items():
+            np.testing.assert_array_equal(
+                value, theirs[output], err_msg=f"{output} in step {i}"
+            )
+        seen.append(mine[more])
+    # It moves, and the noise is its own: not a row of zeros.
+    assert len(np.unique(np.array(seen), axis=0)) > 100
+
+
+def test_simulated_sensor_has_the_noise_of_its_seed():
+    entry = FACES["RobotSide with a sensor"]
+
+    def row(seed):
+        face = systems.RobotSide(
+            panda(), robot_side_params(), Q_REST, sensor_params(), P_SE, seed
+        )
+        simulator = Simulator(build_around(face, entry.sources))
+        simulator.AdvanceTo(0.0505)
+        return read(simulator.get_system(), simulator.get_context())["sensed_wrench"]
+
+    np.testing.assert_array_equal(row(4), row(4))
+    assert np.all(row(4) != row(5))
+
+
+def test_parameters_of_simulated_hardware_are_copied():
+    def rows(spoil_params):
+        sensor, device = sensor_params(), device_params()
+        faces = {
+            "RobotSide with a sensor": systems.RobotSide(
+                panda(), robot_side_params(), Q_REST, sensor, P_SE, 4
+            ),
+            "HapticSide with a device": systems.HapticSide(
+                _core.HapticSideParams(), device, operator_path()
+            ),
+        }
+        if spoil_params:
+            sensor.tool_mass = 3.0
+            device.hand_stiffness = 10.0
+        return [
+            simulate(Simulator(build_around(face, FACES[name].sources)), 0.1)
+            for name, face in faces.items()
+        ]
+
+    for mine, theirs in zip(rows(True), rows(False), strict=True):
+        np.testing.assert_array_equal(mine, theirs)

@@ -17,7 +17,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import EventStatus, LeafSystem
 
 from dual_proxy import _core
-from dual_proxy.panda import NUM_JOINTS, PandaModel, PandaTerms
+from dual_proxy.panda import NUM_JOINTS, PandaModel
 from dual_proxy.systems._face import (
     Context,
     Memory,
@@ -31,7 +31,7 @@ from dual_proxy.systems._face import (
     rigid_transform,
     vector,
 )
-from dual_proxy.systems.control import declare_model_terms
+from dual_proxy.systems.control import model_terms
 
 _EMPTY = _core.PoseMessage()
 _IDENTITY: Any = np.eye(3)
@@ -185,7 +185,7 @@ class RobotSide(_Side):
             self._reaction = declare("reaction", 6)
         self._force_selection = declare("force_selection", 9)
         self._moment_selection = declare("moment_selection", 9)
-        self._terms = declare_model_terms(self, model, self._robot_state)
+        self._model = model
         torque: Any = np.zeros(NUM_JOINTS)
         if q_start is not None:
             q = check_vector("RobotSide", "q_start", q_start, NUM_JOINTS)
@@ -195,7 +195,7 @@ class RobotSide(_Side):
             "robot_pose",
             Value[RigidTransform],
             self._calc_pose,
-            {self._terms.ticket()},
+            {self._robot_state.ticket()},
         )
         self._declare_message("message", _core.PoseMessage(), "message")
         self._declare_message("force_message", _core.ForceMessage(), "force_message")
@@ -217,13 +217,13 @@ class RobotSide(_Side):
             )
 
     def _calc_pose(self, context: Context, output: Output) -> None:
-        terms: Any = self._terms.Eval(context)
+        x: Any = self._robot_state.Eval(context)
+        terms = model_terms(self._model, x)
         output.set_value(rigid_transform(terms.p_BE, terms.R_BE))
 
     def _step(self, context: Context, side: Any, hardware: Any) -> Vector:
         x: Any = self._robot_state.Eval(context)
-        value: Any = self._terms.Eval(context)
-        terms: PandaTerms = value
+        terms = model_terms(self._model, x)
         time = context.get_time()
         self._side.update(
             time,
@@ -331,7 +331,9 @@ class HapticSide(_Side):
             # What the device was told in the step before acts on it now.
             told = side.output.device_wrench
             read = hardware.read_pose
-            self._side.update(time, newest, read.p, read.R, hardware.read_velocity, side)
+            self._side.update(
+                time, newest, read.p, read.R, hardware.read_velocity, side
+            )
             position, velocity = self._path.calc(time)
             self._device.update(position, _IDENTITY, velocity, told, hardware)
         wrench: Vector = side.output.device_wrench

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What each departure from the printed law does on scene `plane`; prints the
+tables of docs/notes_on_the_paper.md.
+
+python benchmarks/law.py
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import dual_proxy as dp
+
+PRINTED = {"law": "printed"}
+# Added one after the other to the printed law; with the last it is the default.
+STEPS: dict[str, dict[str, Any]] = {
+    "printed": {},
+    "+ bumpless hand-over": {"robot_proxy.handover": "bumpless"},
+    "+ unit-mass command to the filter": {"controller.unit_mass_motion_force": True},
+    "+ motion error capped at 12 mm": {"robot_proxy.max_motion_error": 0.012},
+    "+ interpolation and feed-forward": {
+        "robot_proxy.interpolate": True,
+        "controller.feed_forward": True,
+    },
+    "+ 100 Hz force filter, passivity, blend": {
+        "controller.force_filter_cutoff": 100.0,
+        "controller.passivity": True,
+        "controller.selection_blend_time": 0.03,
+    },
+}
+# Each alone, from the default law.
+SINGLE: dict[str, dict[str, Any]] = {
+    "default": {},
+    "k_vir_h = 200 N/m as printed (8.1)": {"haptic_proxy.stiffness": 200.0},
+    "no interpolation, with feed-forward": {"robot_proxy.interpolate": False},
+    "no feed-forward (11.7)": {"controller.feed_forward": False},
+    "no passivity controller (11.13)": {"controller.passivity": False},
+    "no averaging of poses (8.6)": {"link.average": False},
+    "filter at 30 Hz": {"filter.period": 1 / 30, "filter.scatter_std": 0.018},
+    "filter at 100 Hz (11.2)": {"filter.period": 0.01},
+    "no limit of 10 N on the robot": {"robot_proxy.max_force": 20.0},
+}
+KEYS = {
+    "dimension right": ("dimension_accuracy", 1.0, "{:.3f}"),
+    "normal mean, deg": ("normal_error_mean_deg", 1.0, "{:.1f}"),
+    "p95, deg": ("normal_error_p95_deg", 1.0, "{:.1f}"),
+    "found after, ms": ("detection_latency_ms", 1.0, "{:.0f}"),
+    "lost": ("contact_losses", 1.0, "{:.0f}"),
+    "contact force max, N": ("contact_force_max_N", 1.0, "{:.0f}"),
+    "contact force AC, N": ("contact_force_ac_N", 1.0, "{:.2f}"),
+    "free position error, mm": (
+        "position_rms_free_delay_compensated_m",
+        1e3,
+        "{:.1f}",
+    ),
+}
+
+
+def lowered(scenario: dp.Scenario, height: float) -> dp.Scenario:
+    """Returns the scenario with the table's top, and all above, lower."""
+    mapping = scenario.to_mapping()
+    drop = mapping["scene"]["table_height"] - height
+    mapping["scene"]["table_height"] = height
+    mapping["scene"]["start_position"][2] -= drop
+    for waypoint in mapping["operator"]["waypoints"]:
+        waypoint["position"][2] -= drop
+    return dp.Scenario.from_mapping(scenario.name, mapping)
+
+
+def line(name: str, scenario: dp.Scenario, changes: Mapping[str, Any]) -> None:
+    """Runs a variant and prints its row."""
+    metrics = dp.run(scenario, overrides=changes).metrics
+    cells = [
+        "-" if metrics[key] is None else form.format(metrics[key] * factor)
+        for key, factor, form in KEYS.values()
+    ]
+    print(f"| {name} |", " | ".join(cells), "|", flush=True)
+
+
+def main() -> None:
+    """Prints the three tables as Markdown."""
+    plane = dp.load_scenario("plane")
+    header = "\n| variant |" + " | ".join(KEYS) + " |\n|" + " --- |" * (1 + len(KEYS))
+    for title, scenario in (
+        ("Table at 0.40 m", plane),
+        ("Table at 0.10 m", lowered(plane, 0.10)),
+    ):
+        print(f"\n{title}, printed law and what is added to it:\n{header}")
+        changes: dict[str, Any] = dict(PRINTED)
+        for name, step in STEPS.items():
+            changes |= step
+            line(name, scenario, changes)
+    print(f"\nTable at 0.40 m, one change to the default:\n{header}")
+    for name, step in SINGLE.items():
+        line(name, plane, step)
+
+
+if __name__ == "__main__":
+    main()

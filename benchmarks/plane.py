@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs scene `plane` over its delays; prints the table and draws the picture of
+the README.
+
+python benchmarks/plane.py [--delays 0,0.05,0.15,0.35,1.5] [--picture FILE.png]
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+
+import dual_proxy as dp
+from dual_proxy.log import signal
+from dual_proxy.metrics import normal_error_deg
+
+# Column of the table -> key of the metrics, factor to the unit shown, format.
+COLUMNS = {
+    "normal error mean / p95, deg": (
+        ("normal_error_mean_deg", 1.0, "{:.2f}"),
+        ("normal_error_p95_deg", 1.0, "{:.2f}"),
+    ),
+    "dimension right": (("dimension_accuracy", 1.0, "{:.3f}"),),
+    "hand force std, N": (("haptic_force_std_contact_N", 1.0, "{:.2f}"),),
+    "hand force max, N": (("haptic_force_max_N", 1.0, "{:.1f}"),),
+    "contact force max, N": (("contact_force_max_N", 1.0, "{:.0f}"),),
+    "free position error, mm": (
+        ("position_rms_free_delay_compensated_m", 1e3, "{:.1f}"),
+    ),
+    "lost contacts": (("contact_losses", 1.0, "{:.0f}"),),
+    "real-time factor": (("real_time_factor", 1.0, "{:.1f}"),),
+}
+
+
+def row(run: dp.Run) -> list[str]:
+    """Returns the cells of a run; a dash where a scheme has no such thing."""
+    cells = []
+    for parts in COLUMNS.values():
+        values = [run.metrics[key] for key, _, _ in parts]
+        cells.append(
+            " / ".join(
+                form.format(value * factor)
+                for value, (_, factor, form) in zip(values, parts, strict=True)
+            )
+            if all(value is not None for value in values)
+            else "-"
+        )
+    return cells
+
+
+def draw(run: dp.Run, path: Path) -> None:
+    """Draws heights, forces and the normal's error of a run."""
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    log = run.log
+    time = log.index.to_numpy()
+    scenario = run.scenario
+    workspace_map = dp.WorkspaceMap(scenario.map)
+    device = np.array(
+        [
+            workspace_map.robot_proxy(x_h, np.eye(3))[0]
+            for x_h in signal(log, "device_position")
+        ]
+    )
+    figure, axes = plt.subplots(3, 1, figsize=(9, 7), sharex=True)
+    top, middle, bottom = axes
+    top.plot(time, 1e3 * device[:, 2], label="hand, mapped")
+    top.plot(time, 1e3 * signal(log, "robot_position")[:, 2], label="robot")
+    top.set_ylabel("height, mm")
+    middle.plot(time, -signal(log, "sensed_force")[:, 2], lw=0.4, label="sensed")
+    middle.plot(time, -signal(log, "reference_force")[:, 2], label="robot's reference")
+    middle.plot(time, signal(log, "device_force")[:, 2], label="on the hand")
+    middle.set_ylabel("vertical force, N")
+    middle.set_ylim(-3, 14)
+    bottom.plot(time, normal_error_deg(log), label="error of the normal")
+    bottom.set_ylabel("deg")
+    bottom.set_ylim(0, 5)
+    twin = bottom.twinx()
+    twin.plot(time, log["dimension"], color="C3", lw=1, label="dimension")
+    twin.set_ylim(0, 3)
+    twin.set_yticks([0, 1, 2, 3])
+    bottom.set_xlabel("time, s")
+    for axis in (top, middle):
+        axis.legend(loc="upper right", frameon=False)
+    handles = bottom.get_lines() + twin.get_lines()
+    bottom.legend(
+        handles, [h.get_label() for h in handles], loc="upper right", frameon=False
+    )
+    delay_ms = 1e3 * scenario.link.delay
+    top.set_title(f"scene {scenario.name}, {delay_ms:g} ms each way")
+    figure.tight_layout()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=100, metadata={"Software": None})
+    plt.close(figure)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Runs both schemes over the delays and prints the table as Markdown."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--delays", default="0,0.05,0.15,0.35,1.5")
+    parser.add_argument("--picture", type=Path)
+    options = parser.parse_args(arguments)
+    delays = [float(text) for text in options.delays.split(",")]
+    print("| scheme | delay, ms |", " | ".join(COLUMNS), "|")
+    print("| --- |" * 1, "--- |" * (1 + len(COLUMNS)))
+    for scheme in ("dual_proxy", "position_force"):
+        for delay in delays:
+            run = dp.run("plane", scheme=scheme, delay=delay)
+            print("|", scheme, "|", f"{1e3 * delay:g} |", " | ".join(row(run)), "|")
+            if options.picture and scheme == "dual_proxy" and delay == 0.05:
+                draw(run, options.picture)
+
+
+if __name__ == "__main__":
+    main()

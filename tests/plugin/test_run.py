@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whole runs of scene `plane`: what the README says of them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dual_proxy as dp
+from dual_proxy.log import column_names, signal
+from dual_proxy.panda import TORQUE_LIMIT
+from dual_proxy.station import Station
+
+DATA = Path(__file__).resolve().parents[2].parent / "shared" / "data"
+
+
+def check_limits(run: dp.Run) -> None:
+    """What holds for every run of every scheme and law."""
+    assert run.metrics["finite"]
+    assert run.metrics["haptic_force_max_N"] <= 12.0 + 1e-9
+    torque = signal(run.log, "torque")[1:]
+    assert np.all(np.abs(torque) <= TORQUE_LIMIT + 1e-9)
+    # 1000 N m/s at 1 kHz.
+    assert np.abs(np.diff(torque, axis=0)).max() <= 1.0 + 1e-9
+
+
+@pytest.fixture(scope="module")
+def dual_proxy_150ms() -> dp.Run:
+    return dp.run("plane", delay=0.15)
+
+
+@pytest.mark.parametrize("delay", [0.05, 1.5])
+def test_dual_proxy_does_not_notice_the_delay(delay, dual_proxy_150ms):
+    for run in (dp.run("plane", delay=delay), dual_proxy_150ms):
+        check_limits(run)
+        metrics = run.metrics
+        assert metrics["normal_error_mean_deg"] < 3.0
+        assert metrics["normal_error_p95_deg"] < 6.0
+        assert metrics["dimension_accuracy"] > 0.95
+        assert metrics["haptic_force_std_contact_N"] < 0.5
+        assert metrics["position_rms_free_delay_compensated_m"] < 0.006
+        assert metrics["contact_losses"] <= 3
+        assert metrics["contact_force_max_N"] < 90.0
+        assert metrics["link_messages_dropped"] == 0
+
+
+def test_two_channel_baseline_swings_with_delay(dual_proxy_150ms):
+    still = dp.run("plane", scheme="position_force", delay=0.0)
+    swinging = dp.run("plane", scheme="position_force", delay=0.15)
+    for run in (still, swinging):
+        check_limits(run)
+        assert run.metrics["dimension_accuracy"] is None
+    std = swinging.metrics["haptic_force_std_contact_N"]
+    assert std > 1.5
+    assert std > 5.0 * dual_proxy_150ms.metrics["haptic_force_std_contact_N"]
+    assert std > 1.5 * still.metrics["haptic_force_std_contact_N"]
+
+
+def test_printed_law_loses_contact_and_tilts_the_normal():
+    run = dp.run("plane", delay=0.0, duration=9.0, overrides={"law": "printed"})
+    check_limits(run)
+    assert run.metrics["contact_losses"] > 0
+    assert run.metrics["normal_error_mean_deg"] > 3.0
+
+
+def test_same_seed_same_bytes_other_seed_others(tmp_path):
+    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+        run = dp.run(
+            "plane",
+            delay=0.05,
+            duration=3.6,
+            seed=seed,
+            overrides={"link.jitter": 0.003, "link.loss": 0.1},
+        )
+        dp.save_log(run.log, tmp_path / name)
+    same, again, other = ((tmp_path / name).read_bytes() for name in "abc")
+    assert same == again
+    assert same != other
+
+
+def test_a_lost_link_lets_go():
+    """From 6 s on, in contact, nothing gets through any more."""
+    station = Station(dp.load_scenario("plane").with_overrides({"link.delay": 0.05}))
+    station.advance_to(6.0)
+    # A channel that carries nothing: its messages are never due.
+    lost = dp.CommunicationChannel(dp.CommunicationChannelParams(delay=1e6))
+    for name in ("to_robot", "to_device"):
+        station.diagram.GetSubsystemByName(name)._channel = lost
+    station.advance_to(9.0)
+    log = station.log_frame()
+    assert log["robot_link_status"].iloc[-1] == dp.LinkStatus.LOST
+    assert log["haptic_link_status"].iloc[-1] == dp.LinkStatus.LOST
+    pressing = log.loc[5.5:6.0]
+    assert (pressing["contact_force_z"] < -5.0).all()
+    end = log.loc[8.0:]
+    # No spring force on the hand; the robot presses no more than it needs to
+    # stay where it is.
+    assert np.abs(signal(end, "haptic_reference_force")).max() < 1e-9
+    assert np.abs(signal(end, "reference_force")).max() < 1e-9
+    assert end["contact_force_z"].min() > -2.0
+    # Neither reference stepped on the way: 50 and 20 N/s.
+    for name, rate in (("reference_force", 50.0), ("haptic_reference_force", 20.0)):
+        steps = np.diff(signal(log.loc[6.0:], name), axis=0)
+        assert np.linalg.norm(steps, axis=1).max() <= rate * 1e-3 + 1e-9
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="recordings are not in ../shared/data")
+def test_recorded_hand_goes_in_and_out_of_contact():
+    run = dp.run("plane", delay=0.05, recording=DATA / "panda_guided_02.csv")
+    check_limits(run)
+    touching = np.linalg.norm(signal(run.log, "contact_force"), axis=1) > 0.5
+    assert 0.1 < touching.mean() < 0.95
+    assert run.metrics["sim_s"] > 30.0
+
+
+def test_save_writes_what_it_says(tmp_path):
+    run = dp.run("plane", duration=0.5)
+    report = run.save(tmp_path / "out", mcap=True)
+    assert report == tmp_path / "out" / "report.html"
+    names = {path.name for path in report.parent.iterdir()}
+    assert names == {
+        "log.mcap",
+        "log.npz",
+        "metrics.json",
+        "replay.html",
+        "report.html",
+        "scenario.yaml",
+    }
+    metrics = json.loads((report.parent / "metrics.json").read_text())
+    assert metrics["sim_s"] == pytest.approx(0.5)
+    log = dp.load_log(report.parent / "log.npz")
+    np.testing.assert_array_equal(log.to_numpy(), run.log.to_numpy())
+    again = dp.run(dp.load_scenario(report.parent / "scenario.yaml"))
+    columns = column_names("robot_position")
+    np.testing.assert_array_equal(
+        again.log.loc[:0.5, columns].to_numpy(), run.log[columns].to_numpy()
+    )
