@@ -41,7 +41,8 @@ void SetFields(const py::object& self, const py::dict& values) {
     if (!names.contains(key)) {
       throw py::type_error(
           py::type::of(self).attr("__name__").cast<std::string>() +
-          ": unknown field `" + key.cast<std::string>() + "`, expected one of " +
+          ": unknown field `" + key.cast<std::string>() +
+          "`, expected one of " +
           py::str(", ").attr("join")(names).cast<std::string>());
     }
     py::setattr(self, key, value);

@@ -7,10 +7,10 @@
 #include <type_traits>
 #include <utility>
 
-#include <Eigen/Core>
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+#include <Eigen/Core>
 
 /** @file
 What every file of bindings/ shares: arrays whose shape is checked with an error
@@ -96,8 +96,7 @@ template <typename Enum>
 Enum EnumFromString(const py::handle& value, const char* name) {
   std::string allowed;
   for (const auto& [candidate, string] : EnumStrings<Enum>::kValues) {
-    if (py::isinstance<py::str>(value) &&
-        value.cast<std::string>() == string) {
+    if (py::isinstance<py::str>(value) && value.cast<std::string>() == string) {
       return candidate;
     }
     allowed += (allowed.empty() ? "\"" : ", \"") + std::string(string) + "\"";
@@ -124,7 +123,8 @@ T FieldFromPython(const py::handle& value, const char* name) {
     } else if constexpr (std::is_floating_point_v<T>) {
       expected = "a number";
     } else {
-      expected = py::type::of<T>().attr("__name__").template cast<std::string>();
+      expected =
+          py::type::of<T>().attr("__name__").template cast<std::string>();
     }
     try {
       // Python's True is the integer 1; here it is neither number nor integer.
@@ -195,7 +195,7 @@ class BindParams {
   }
 
   template <typename T>
-  BindParams& Field(const char* name, T Params::*member, const char* doc) {
+  BindParams& Field(const char* name, T Params::* member, const char* doc) {
     class_.attr("fields")[name] = doc;
     const auto set = [member, name](Params& self, const py::object& value) {
       self.*member = FieldFromPython<T>(value, name);

@@ -198,8 +198,7 @@ void BindLimiters(py::module_& m) {
           py::arg("position"), py::arg("rotation"), py::arg("state"),
           py::arg("velocity") = py::make_tuple(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
           "Advances by one period towards a target: (3,), m, and (3, 3), in B, "
-          "which moves with\n`velocity`, (6,) [linear; angular], m/s, rad/s."
-          )
+          "which moves with\n`velocity`, (6,) [linear; angular], m/s, rad/s.")
       .def(
           "stop",
           [](const TrajectoryLimiter& self, S& state) { self.Stop(&state); },

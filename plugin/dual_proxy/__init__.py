@@ -14,6 +14,8 @@ import importlib
 from typing import TYPE_CHECKING
 
 from dual_proxy._core import (
+    ArmModel,
+    ArmModelParams,
     CommunicationChannel,
     CommunicationChannelParams,
     CommunicationChannelState,
@@ -118,6 +120,8 @@ if TYPE_CHECKING:
     from dual_proxy import station, systems
 
 __all__ = [
+    "ArmModel",
+    "ArmModelParams",
     "CommunicationChannel",
     "CommunicationChannelParams",
     "CommunicationChannelState",

@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorPath', 'OperatorPathParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'saturate']
+__all__: list[str] = ['ArmModel', 'ArmModelParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorPath', 'OperatorPathParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -2507,6 +2507,111 @@ class OperationalSpaceController:
         """
     @property
     def params(self) -> OperationalSpaceControllerParams:
+        ...
+class ArmModelParams:
+    """
+    Parameters of ArmModel: P is the link in front of a joint, J what the joint turns about its z.
+    """
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'p_PJ': '(3, 7), m: column i is the position of J in P', 'R_PJ': '(7, 3, 3): orientations of J in P at q = 0', 'mass': '(7,), kg, > 0: of the links, no default', 'com': '(3, 7), m: centres of mass in J', 'inertia': '(7, 3, 3), kg m^2: about the centres of mass, in J', 'p_LE': '(3,), m: tool point in the last J', 'R_LE': '(3, 3): orientation of E in the last J', 'gravity': '(3,), m/s^2, in B, default (0, 0, -9.81)'}
+    def __copy__(self) -> ArmModelParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> ArmModelParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def R_LE(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3, 3): orientation of E in the last J
+        """
+    @R_LE.setter
+    def R_LE(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def R_PJ(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (7, 3, 3): orientations of J in P at q = 0
+        """
+    @R_PJ.setter
+    def R_PJ(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def com(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3, 7), m: centres of mass in J
+        """
+    @com.setter
+    def com(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def gravity(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m/s^2, in B, default (0, 0, -9.81)
+        """
+    @gravity.setter
+    def gravity(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def inertia(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (7, 3, 3), kg m^2: about the centres of mass, in J
+        """
+    @inertia.setter
+    def inertia(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def mass(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (7,), kg, > 0: of the links, no default
+        """
+    @mass.setter
+    def mass(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def p_LE(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m: tool point in the last J
+        """
+    @p_LE.setter
+    def p_LE(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def p_PJ(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3, 7), m: column i is the position of J in P
+        """
+    @p_PJ.setter
+    def p_PJ(self, arg1: typing.Any) -> None:
+        ...
+class ArmModel:
+    """
+    Kinematics and dynamics of a serial arm with seven revolute joints.
+    """
+    def __init__(self, params: ArmModelParams) -> None:
+        ...
+    def calc(self, q: typing.Any, v: typing.Any) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 7]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 7]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]]:
+        """
+        Takes q (7,), rad, and v (7,), rad/s.
+        Returns (p_BE (3,), R_BE (3, 3), J_BE (6, 7), mass (7, 7), bias (7,) without gravity, gravity (7,) as Drake's CalcGravityGeneralizedForces, Jdot_v (6,)); six-vectors and rows are [linear; angular] of E in B.
+        """
+    @property
+    def params(self) -> ArmModelParams:
         ...
 class HapticControllerParams:
     """

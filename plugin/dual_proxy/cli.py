@@ -189,7 +189,7 @@ class _TenthsPrinter:
         tenths = int(10.0 * now / end + 1e-9)
         if tenths > self._tenths:
             self._tenths = tenths
-            print(f"simulated {now:.1f} of {end:.1f} s", file=sys.stderr, flush=True)
+            print(f"simulated {now:.1f} of {end:.1f} s", flush=True)
 
 
 def _print_metrics(result: Run) -> None:

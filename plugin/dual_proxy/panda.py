@@ -6,8 +6,8 @@ Three things live here:
 - `add_panda_scene` puts the simulated arm, its table and other boxes into a
   diagram: what stands in for the real arm and its surroundings.
 - `PandaModel` gives a controller its model terms (pose, Jacobian, mass matrix,
-  bias, gravity) from joint positions and velocities alone. It has a plant of
-  its own, so a controller's model may differ from the simulated arm.
+  bias, gravity) from joint positions and velocities alone. It is made from a
+  plant of its own, so a controller's model may differ from the simulated arm.
 - `sensor_reaction` and `contact_truth` read the simulator: what the wrist
   sensor takes, and what really touches.
 
@@ -44,7 +44,6 @@ from pydrake.multibody.plant import (
 )
 from pydrake.multibody.tree import (
     BodyIndex,
-    JacobianWrtVariable,
     ModelInstanceIndex,
 )
 from pydrake.solvers import Solve
@@ -57,6 +56,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from dual_proxy._core import ArmModel, ArmModelParams
 from dual_proxy.panda_params import TOOL_MASS, BoxParams, PandaSceneParams
 
 __all__ = [
@@ -441,10 +441,61 @@ class PandaTerms(NamedTuple):
     Jdot_v: Vector
 
 
+def _arm_model_params(plant: Any, tool_point: Any) -> ArmModelParams:
+    """Reads the arm's numbers from its plant.
+
+    A link is what its joint moves and all that is welded to it.
+
+    Parameters
+    ----------
+    plant : finalized; its base is welded to the world.
+    tool_point : frame E.
+    """
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, np.zeros(NUM_JOINTS))
+    joints = sorted(
+        (
+            joint
+            for joint in map(plant.get_joint, plant.GetJointIndices())
+            if joint.num_positions() == 1
+        ),
+        key=lambda joint: joint.position_start(),
+    )
+    parent = plant.world_frame()
+    poses = []
+    inertias = []
+    for joint in joints:
+        assert np.array_equal(joint.revolute_axis(), [0.0, 0.0, 1.0])
+        frame = joint.frame_on_child()
+        link = plant.GetBodiesWeldedTo(joint.child_body())
+        poses.append(frame.CalcPose(context, parent))
+        inertias.append(
+            plant.CalcSpatialInertia(context, frame, [body.index() for body in link])
+        )
+        parent = frame
+    coms = [inertia.get_com() for inertia in inertias]
+    X_LE = tool_point.CalcPose(context, parent)
+    return ArmModelParams(
+        p_PJ=np.transpose([X_PJ.translation() for X_PJ in poses]),
+        R_PJ=[X_PJ.rotation().matrix() for X_PJ in poses],
+        mass=[inertia.get_mass() for inertia in inertias],
+        com=np.transpose(coms),
+        inertia=[
+            inertia.Shift(com).CalcRotationalInertia().CopyToFullMatrix3()
+            for inertia, com in zip(inertias, coms, strict=True)
+        ],
+        p_LE=X_LE.translation(),
+        R_LE=X_LE.rotation().matrix(),
+        gravity=plant.gravity_field().gravity_vector(),
+    )
+
+
 class PandaModel:
     """The controller's model of the Panda: terms from (q, v), and IK.
 
-    It owns a plant and a scratch context. What it returns depends on the
+    It owns a plant, made from the arm's URDF, and a scratch context. The
+    plant solves the inverse kinematics and gives its numbers to an `ArmModel`,
+    which calculates the terms without Drake. What is returned depends on the
     arguments alone and is newly allocated, so one model may serve several
     systems and a diagram that holds it may be cloned; it is not for use from
     several threads at once.
@@ -469,9 +520,8 @@ class PandaModel:
         self._world = plant.world_frame()
         self._tool_point = plant.GetFrameByName("tool_point")
         self._context = plant.CreateDefaultContext()
-        self._state = np.zeros(2 * NUM_JOINTS)
         self._zero = np.zeros(3)
-        self._with_respect_to = JacobianWrtVariable.kV
+        self._arm = ArmModel(_arm_model_params(plant, self._tool_point))
 
     @property
     def tool_mass(self) -> float:
@@ -481,53 +531,14 @@ class PandaModel:
     def calc(self, q: ArrayLike, v: ArrayLike) -> PandaTerms:
         """Returns the model terms at joint positions and velocities.
 
-        Costs about 20 us (see benchmarks): meant to be called once per
-        control period.
+        Costs about 4 us: meant to be called once per control period.
 
         Parameters
         ----------
         q : (7,) rad.
         v : (7,) rad/s.
         """
-        plant = self._plant
-        context = self._context
-        state = self._state
-        state[:NUM_JOINTS] = q
-        state[NUM_JOINTS:] = v
-        plant.SetPositionsAndVelocities(context, state)
-        X_BE = self._tool_point.CalcPoseInWorld(context)
-        # Drake's order is [angular; linear].
-        jacobian = plant.CalcJacobianSpatialVelocity(
-            context,
-            self._with_respect_to,
-            self._tool_point,
-            self._zero,
-            self._world,
-            self._world,
-        )
-        J_BE = np.empty((6, NUM_JOINTS))
-        J_BE[:3] = jacobian[3:]
-        J_BE[3:] = jacobian[:3]
-        acceleration = plant.CalcBiasSpatialAcceleration(
-            context,
-            self._with_respect_to,
-            self._tool_point,
-            self._zero,
-            self._world,
-            self._world,
-        ).get_coeffs()
-        Jdot_v = np.empty(6)
-        Jdot_v[:3] = acceleration[3:]
-        Jdot_v[3:] = acceleration[:3]
-        return PandaTerms(
-            X_BE.translation(),
-            X_BE.rotation().matrix(),
-            J_BE,
-            plant.CalcMassMatrix(context),
-            plant.CalcBiasTerm(context),
-            plant.CalcGravityGeneralizedForces(context),
-            Jdot_v,
-        )
+        return PandaTerms(*self._arm.calc(q, v))
 
     def forward_kinematics(self, q: ArrayLike) -> RigidTransform:
         """Returns X_BE at joint positions q, (7,) rad."""

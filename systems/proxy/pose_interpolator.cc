@@ -40,8 +40,8 @@ PoseInterpolator::PoseInterpolator(PoseInterpolatorParams params)
 void PoseInterpolator::Add(double time, const Pose& pose, double send_time,
                            PoseInterpolatorState* state) const noexcept {
   const double interval = send_time - state->last_send_time;
-  const bool joined = state->started && interval > 0 &&
-                      interval <= params_.max_interval;
+  const bool joined =
+      state->started && interval > 0 && interval <= params_.max_interval;
   const MovingPose now = Calc(time, *state);
   const Pose last = state->to.pose;
   state->started = true;

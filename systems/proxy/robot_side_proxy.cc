@@ -149,11 +149,16 @@ void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
   const bool active = valid && state->link.status == LinkStatus::kConnected;
   MoveProxy(time, active, state);
 
+  // A change of the selections that cannot be acted on now is seen again in the
+  // next tick.
+  const bool usable = pose_valid && selections_valid;
   const Eigen::Matrix3d Omega_f =
-      selections_valid ? input.force_selection : state->force.selection;
+      usable ? input.force_selection : state->force.selection;
   const Eigen::Matrix3d Omega_tau =
-      selections_valid ? input.moment_selection : state->moment.selection;
-  if (valid && !active) Release(input.X_BE, Omega_f, Omega_tau, state);
+      usable ? input.moment_selection : state->moment.selection;
+  if (usable && state->link.status != LinkStatus::kConnected) {
+    Release(input.X_BE, Omega_f, Omega_tau, state);
+  }
 
   Eigen::Vector3d dx = Eigen::Vector3d::Zero();
   Eigen::Vector3d dphi = Eigen::Vector3d::Zero();

@@ -95,9 +95,9 @@ the robot's controller is to do, eq. (4), spec section 3.
     dx_m = Ω_m (x_r - x_pr)        F_r = -k_vir_r Ω_f (x_r - x_pr)
 
 and alike for rotation. x_pr is the mapped device pose, interpolated between
-messages, clamped to the workspace and taken there by the TrajectoryLimiter; F_r comes from a VirtualSpring, so it
-never steps but for the documented hand-over. dx_m is shortened to
-max_motion_error.
+messages, clamped to the workspace and taken there by the TrajectoryLimiter; F_r
+comes from a VirtualSpring, so it never steps but for the documented hand-over.
+dx_m is shortened to max_motion_error.
 
 The link:
 - Before the first message the proxy is the robot's pose at the first tick: the

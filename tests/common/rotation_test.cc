@@ -5,8 +5,8 @@
 #include <limits>
 #include <numbers>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include "dual_proxy/common/random.h"
 
@@ -27,17 +27,17 @@ TEST(RotationTest, ExpAgreesWithAngleAxis) {
   for (int i = 0; i < 1000; ++i) {
     const Vector3d axis = RandomDirection(&random);
     const double angle = 10.0 * random.Uniform();
-    EXPECT_LT((ExpRotation(angle * axis) -
-               AngleAxisd(angle, axis).toRotationMatrix())
-                  .norm(),
-              1e-14);
+    EXPECT_LT(
+        (ExpRotation(angle * axis) - AngleAxisd(angle, axis).toRotationMatrix())
+            .norm(),
+        1e-14);
   }
 }
 
 TEST(RotationTest, LogInvertsExpFromTinyAnglesToPi) {
   RandomStream random(2);
-  for (const double angle : {0.0, 1e-12, 1e-9, 1e-5, 1e-3, 1.0, 3.0,
-                             std::numbers::pi - 1e-6}) {
+  for (const double angle :
+       {0.0, 1e-12, 1e-9, 1e-5, 1e-3, 1.0, 3.0, std::numbers::pi - 1e-6}) {
     for (int i = 0; i < 100; ++i) {
       const Vector3d vector = angle * RandomDirection(&random);
       EXPECT_LT((LogRotation(ExpRotation(vector)) - vector).norm(), 1e-9)
@@ -60,15 +60,15 @@ TEST(RotationTest, ProjectionIsAlwaysARotation) {
     for (double& entry : M.reshaped()) entry = random.Normal();
     EXPECT_TRUE(IsValidPose({Vector3d::Zero(), ProjectToRotation(M)}));
   }
-  EXPECT_EQ(ProjectToRotation(Matrix3d::Constant(
-                std::numeric_limits<double>::quiet_NaN())),
+  EXPECT_EQ(ProjectToRotation(
+                Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN())),
             Matrix3d::Identity());
 }
 
 TEST(RotationTest, ValidPoseRefusesNanReflectionAndScale) {
   EXPECT_TRUE(IsValidPose({}));
-  EXPECT_FALSE(IsValidPose(
-      {Vector3d(0, std::numeric_limits<double>::infinity(), 0)}));
+  EXPECT_FALSE(
+      IsValidPose({Vector3d(0, std::numeric_limits<double>::infinity(), 0)}));
   EXPECT_FALSE(IsValidPose({Vector3d::Zero(), -Matrix3d::Identity()}));
   EXPECT_FALSE(IsValidPose({Vector3d::Zero(), 1.1 * Matrix3d::Identity()}));
 }

@@ -32,10 +32,10 @@ TEST(ValidateTest, MessageNamesWhoFieldRangeAndValue) {
 TEST(ValidateTest, BoundsAreInclusiveAndNanIsNeverInRange) {
   EXPECT_NO_THROW(ThrowUnlessInRange("Who", "field", 0, 0, 2));
   EXPECT_NO_THROW(ThrowUnlessInRange("Who", "field", 2, 0, 2));
-  EXPECT_THROW(ThrowUnlessInRange(
-                   "Who", "field", std::numeric_limits<double>::quiet_NaN(), 0,
-                   2),
-               std::invalid_argument);
+  EXPECT_THROW(
+      ThrowUnlessInRange("Who", "field",
+                         std::numeric_limits<double>::quiet_NaN(), 0, 2),
+      std::invalid_argument);
   EXPECT_THROW(ThrowUnlessPositive("Who", "field",
                                    std::numeric_limits<double>::infinity()),
                std::invalid_argument);
@@ -49,8 +49,7 @@ TEST(ValidateTest, FiniteAndRotation) {
                   Eigen::Vector2d(1, std::numeric_limits<double>::infinity()));
             }),
             "Who: field `p` expected finite values, got [1, inf]");
-  EXPECT_NO_THROW(
-      ThrowUnlessRotation("Who", "R", Eigen::Matrix3d::Identity()));
+  EXPECT_NO_THROW(ThrowUnlessRotation("Who", "R", Eigen::Matrix3d::Identity()));
   EXPECT_THROW(ThrowUnlessRotation("Who", "R", -Eigen::Matrix3d::Identity()),
                std::invalid_argument);
 }

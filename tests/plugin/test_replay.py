@@ -9,11 +9,12 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
+from pydrake.geometry import Meshcat, MeshcatParams
+
 from dual_proxy.log import SIGNALS
 from dual_proxy.panda import Q_REST
 from dual_proxy.panda_params import BoxParams, PandaSceneParams
 from dual_proxy.replay import REPLAY_COLUMNS, SceneDrawer, write_replay
-from pydrake.geometry import Meshcat, MeshcatParams
 
 ARROWS = "/dual_proxy/arrows"
 MARKERS = "/dual_proxy/markers"

@@ -19,8 +19,9 @@ constexpr double kInterval = 0.02;
 
 // A smooth motion of a hand.
 Pose Sender(double time) {
-  return {Vector3d(0.05 * std::sin(2 * time), 0.1 * std::cos(time), 0.02 * time),
-          ExpRotation({0.3 * std::sin(time), 0, 0.2 * time})};
+  return {
+      Vector3d(0.05 * std::sin(2 * time), 0.1 * std::cos(time), 0.02 * time),
+      ExpRotation({0.3 * std::sin(time), 0, 0.2 * time})};
 }
 
 Vector6 SenderVelocity(double time) {
@@ -95,10 +96,10 @@ TEST_F(PoseInterpolatorTest, GoesOnForHalfAnIntervalAndStops) {
     dut_.Add(kInterval * i, {kInterval * i * v}, kInterval * i, &state_);
   }
   const double end = 3 * kInterval;  // Of the last piece.
-  EXPECT_LT((dut_.Calc(end + 0.005, state_).pose.p -
-             (2 * kInterval + 0.005) * v)
-                .norm(),
-            1e-12);
+  EXPECT_LT(
+      (dut_.Calc(end + 0.005, state_).pose.p - (2 * kInterval + 0.005) * v)
+          .norm(),
+      1e-12);
   EXPECT_LT((dut_.Calc(end + 0.005, state_).velocity.head<3>() - v).norm(),
             1e-12);
   const MovingPose stopped = dut_.Calc(end + 1.0, state_);
@@ -126,9 +127,7 @@ TEST_F(PoseInterpolatorTest, DoesNotAllocate) {
 }
 
 TEST_F(PoseInterpolatorTest, ChecksItsParams) {
-  EXPECT_EQ(InvalidArgument([] {
-              PoseInterpolator({.max_interval = 0});
-            }),
+  EXPECT_EQ(InvalidArgument([] { PoseInterpolator({.max_interval = 0}); }),
             "PoseInterpolatorParams: field `max_interval` expected a finite "
             "value > 0, got 0");
 }

@@ -260,16 +260,8 @@ def test_robot_side_never_steps():
     "bad",
     [
         None,
-        *(
-            pytest.param(
-                name,
-                marks=pytest.mark.xfail(
-                    strict=True,
-                    reason="Update() notes the new selection without Release()",
-                ),
-            )
-            for name in ("sensed_wrench", "robot_position")
-        ),
+        "sensed_wrench",
+        "robot_position",
     ],
 )
 def test_robot_side_without_a_link_never_presses_with_what_it_lost(bad):

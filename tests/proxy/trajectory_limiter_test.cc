@@ -255,9 +255,9 @@ TEST_F(TrajectoryLimiterTest, FollowsAMovingTargetWithItsOwnAcceleration) {
     Eigen::Matrix<double, 6, 1> velocity;
     velocity << 0.1 * std::cos(2 * t), 0, -0.065 * std::sin(1.3 * t), 0, 0,
         0.2 * std::cos(t);
-    const Pose pose{Vector3d(0.05 * std::sin(2 * t), 0.02,
-                             0.05 * std::cos(1.3 * t)),
-                    ExpRotation({0, 0, 0.2 * std::sin(t)})};
+    const Pose pose{
+        Vector3d(0.05 * std::sin(2 * t), 0.02, 0.05 * std::cos(1.3 * t)),
+        ExpRotation({0, 0, 0.2 * std::sin(t)})};
     return std::pair(pose, velocity);
   };
   for (int tick = 0; tick < 10'000; ++tick) {

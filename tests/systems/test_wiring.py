@@ -32,6 +32,8 @@ ROBOT_STEP = {
     "contact_force": "force_space_force",
     "observed_energy": "observed_energy",
     "injected_damping": "injected_damping",
+    "proxy_velocity": "robot_proxy_velocity",
+    "force_selection": "force_selection",
 }
 HAPTIC_STEP = {
     "haptic_reference_force": "haptic_reference_force",
@@ -155,8 +157,10 @@ class Separate:
             "injected_damping",
         ):
             self.log(name, controller.GetOutputPort(name))
-        for name in ("dimension", "force_direction"):
+        for name in ("dimension", "force_direction", "force_selection"):
             self.log(name, particle_filter.GetOutputPort(name))
+        self.log("sensed_wrench", sensor.GetOutputPort("sensed_wrench"))
+        self.log("proxy_velocity", proxy.GetOutputPort("proxy_velocity"))
         self.robot_message = proxy.GetInputPort("haptic_message")
         return sender
 
@@ -184,6 +188,7 @@ class Separate:
         self.builder.Connect(
             hold.get_output_port(), device.GetInputPort("device_wrench")
         )
+        self.log("haptic_link_status", proxy.GetOutputPort("link_status"))
         self.log("device_wrench", hold.get_output_port())
         self.log("device_velocity", device.GetOutputPort("device_velocity"))
         self.device_message = proxy.GetInputPort("robot_message")
@@ -200,22 +205,44 @@ class Separate:
         self.builder.Connect(channel.GetOutputPort("message"), target)
 
 
+def logged(station):
+    """The station's log, by port."""
+    context = station.simulator.get_context()
+    rows = station._sink.FindLog(context).data().T
+    sizes = [port.size() for port in station._ports.values()]
+    assert rows.shape[1] == sum(sizes)
+    parts = np.split(rows, np.cumsum(sizes)[:-1], axis=1)
+    return dict(zip(station._ports, parts, strict=True))
+
+
 class Fused:
     """The station's log, by signal."""
 
     def __init__(self, station):
-        self.logs = {}
-        context = station.simulator.get_context()
+        self.station = station
+        data = logged(station)
+        self.logs = {name: data[name] for name in ("dimension", "force_direction")}
         for name, system in (("robot", "robot_side"), ("device", "haptic_side")):
-            side = station.diagram.GetSubsystemByName(system)
-            data = station._logs[name].FindLog(context).data().T
-            for signal, where in side.layout.items():
-                self.logs[signal] = data[:, where]
-        for name in ("dimension", "force_direction"):
-            self.logs[name] = station._logs[name].FindLog(context).data().T
+            layout = station.diagram.GetSubsystemByName(system).layout
+            assert data[name].shape[1] == max(s.stop for s in layout.values())
+            for signal, where in layout.items():
+                self.logs[signal] = data[name][:, where]
 
     def data(self, name):
         return self.logs[name]
+
+
+def baseline_data(station):
+    """What the tests want of the baseline's log."""
+    data = logged(station)
+    layout = station.diagram.GetSubsystemByName("robot_side").layout
+    return {
+        "sensed_force": data["robot"][:, layout["sensed_force"]],
+        "force_selection": data["robot"][:, layout["force_selection"]],
+        "bad_inputs": data["robot"][:, layout["robot_bad_inputs"]],
+        "acting": data["position_force"],
+        "link": data["position_force_link"],
+    }
 
 
 @pytest.fixture(scope="module")
@@ -281,9 +308,141 @@ def test_steps_are_the_same(runs, name):
     np.testing.assert_array_equal(mine, theirs)
 
 
-def test_link_status_is_the_same(runs):
+def test_sensed_wrench_is_the_same(runs):
     fused, separate = runs
-    status = separate.data("robot_link_status")[:-1]
-    np.testing.assert_array_equal(status[:, [0]], fused.data("robot_link_status")[1:])
-    np.testing.assert_array_equal(status[:, [1]], fused.data("robot_link_age")[1:])
+    # The sensor's last step came before the side's.
+    np.testing.assert_array_equal(
+        separate.data("sensed_wrench")[:-1],
+        np.hstack([fused.data("sensed_force"), fused.data("sensed_moment")])[1:],
+    )
+    assert np.all(np.any(separate.data("sensed_wrench")[2:] != 0, axis=1))
+
+
+@pytest.mark.parametrize("side", ["robot", "haptic"])
+def test_link_status_is_the_same(runs, side):
+    fused, separate = runs
+    status = separate.data(f"{side}_link_status")[:-1]
+    fields = list(systems.LINK_STATUS_FIELDS)
+    for field, name in (("status", "status"), ("age", "age"), ("dropped", "dropped")):
+        np.testing.assert_array_equal(
+            status[:, [fields.index(field)]],
+            fused.data(f"{side}_link_{name}")[1:],
+            err_msg=field,
+        )
     assert status[-1, 0] == int(_core.LinkStatus.CONNECTED)
+
+
+def test_no_input_was_refused(runs):
+    fused, _ = runs
+    for side in ("robot", "haptic"):
+        np.testing.assert_array_equal(fused.data(f"{side}_bad_inputs"), 0)
+
+
+def test_exported_outputs_are_those_of_the_log(runs):
+    fused, separate = runs
+    station = fused.station
+    context = station.simulator.get_context()
+    root = separate.simulator.get_context()
+    for name in ("torque", "device_wrench", "dimension", "force_selection"):
+        value = station.diagram.GetOutputPort(name).Eval(context)
+        port = separate.logs[name].get_input_port()
+        theirs = port.Eval(separate.logs[name].GetMyContextFromRoot(root))
+        np.testing.assert_array_equal(value, theirs, err_msg=name)
+    sensed = separate.logs["sensed_wrench"]
+    np.testing.assert_array_equal(
+        station.diagram.GetOutputPort("sensed_wrench").Eval(context),
+        sensed.get_input_port().Eval(sensed.GetMyContextFromRoot(root)),
+    )
+
+
+# The two-channel baseline: its robot side is the same system, its link carries
+# forces back.
+
+
+@pytest.fixture(scope="module")
+def baseline():
+    scenario = load_scenario("plane").with_overrides(
+        {"link.delay": 0.05, "scheme": "position_force"}
+    )
+    station = build_station(scenario)
+    station.advance_to(DURATION)
+    return station
+
+
+@pytest.fixture(scope="module")
+def baseline_log(baseline):
+    return baseline_data(baseline)
+
+
+def sent_force(scenario, data, step):
+    """The mean over a message interval that a message of that step holds."""
+    interval = round(1 / (scenario.link.rate * PERIOD))
+    # `signals` shows the measurements of a step in the row after it.
+    first = max(step - interval + 1, 0)
+    return np.mean(data["sensed_force"][first + 1 : step + 2], axis=0)
+
+
+def test_baseline_presses_and_the_hand_feels_it(baseline, baseline_log):
+    data = baseline_log
+    assert np.min(data["sensed_force"][:, 2]) < -2
+    assert np.max(data["acting"][:, 2]) > 1
+    np.testing.assert_array_equal(data["bad_inputs"], 0)
+    assert data["link"][-1, 0] == int(_core.LinkStatus.CONNECTED)
+    # No filter: nothing selects a force space.
+    np.testing.assert_array_equal(data["force_selection"], 0)
+    with pytest.raises(RuntimeError, match="filter"):
+        baseline.diagram.GetSubsystemByName("filter")
+
+
+def test_baseline_link_carries_the_sensed_force(baseline, baseline_log):
+    context = baseline.simulator.get_context()
+    channel = baseline.diagram.GetSubsystemByName("to_device")
+    message = channel.GetOutputPort("message").Eval(
+        channel.GetMyContextFromRoot(context)
+    )
+    assert isinstance(message, _core.ForceMessage)
+    rate, delay = baseline.scenario.link.rate, baseline.scenario.link.delay
+    assert message.sequence == round(message.send_time * rate)
+    age = context.get_time() - message.send_time
+    assert delay <= age + 1e-9 <= delay + 1 / rate + 2 * PERIOD
+    np.testing.assert_allclose(
+        message.force,
+        sent_force(baseline.scenario, baseline_log, round(message.send_time / PERIOD)),
+        rtol=0,
+        atol=1e-12,
+    )
+    assert np.linalg.norm(message.force) > 2
+    channel = baseline.diagram.GetSubsystemByName("to_robot")
+    message = channel.GetOutputPort("message").Eval(
+        channel.GetMyContextFromRoot(context)
+    )
+    assert isinstance(message, _core.PoseMessage)
+
+
+def test_baseline_force_on_the_hand_is_the_late_sensed_force(baseline, baseline_log):
+    data = baseline_log
+    scenario = baseline.scenario
+    scale = scenario.position_force.force_scale
+    assert scale == 0.6
+    R_DB = np.asarray(scenario.map.R_DB)
+    # Row by row, from the robot's log alone: the force of the newest message
+    # that a step after its sending and the delay can have.
+    interval = round(1 / (scenario.link.rate * PERIOD))
+    lag = round(scenario.link.delay / PERIOD) + 1
+    acting = data["acting"][:, :3]
+    expected = np.zeros_like(acting)
+    limit = scenario.position_force.max_force
+    for row in range(len(acting)):
+        sent = (row - lag) // interval * interval
+        if sent >= 0:
+            force = -scale * R_DB @ sent_force(scenario, data, sent)
+            expected[row] = force * min(1.0, limit / max(np.linalg.norm(force), 1e-12))
+    np.testing.assert_allclose(acting, expected, rtol=0, atol=1e-12)
+
+
+def test_baseline_is_the_same_every_time(baseline):
+    again = build_station(baseline.scenario)
+    again.advance_to(1.0)
+    first = logged(baseline)
+    for name, data in logged(again).items():
+        np.testing.assert_array_equal(data, first[name][: len(data)], err_msg=name)

@@ -37,6 +37,14 @@ _EMPTY = _core.PoseMessage()
 _IDENTITY: Any = np.eye(3)
 
 
+def _check_period(who: str, name: str, period: float, control_period: float) -> None:
+    if period != control_period:
+        raise ValueError(
+            f"{who}: `{name}.period` expected the side's own {control_period:g}, "
+            f"got {period:g}"
+        )
+
+
 class _Side(LeafSystem):
     """What both sides share: the state in the Context, of the side and of the
     simulated hardware that it may hold, and all results of the last step as one
@@ -178,6 +186,7 @@ class RobotSide(_Side):
             self._sensed_wrench = declare("sensed_wrench", 6)
         else:
             self._sensor = _core.ForceTorqueSensor(deepcopy(sensor))
+            _check_period("RobotSide", "sensor", sensor.period, self._period)
             self._p_SE = check_vector(
                 "RobotSide", "p_SE", np.zeros(3) if p_SE is None else p_SE, 3
             )
@@ -305,6 +314,7 @@ class HapticSide(_Side):
             self._velocity = self.DeclareVectorInputPort("device_velocity", 6)
         else:
             self._device = _core.SimulatedHapticDevice(deepcopy(device))
+            _check_period("HapticSide", "device", device.period, self._period)
             device_state = self._device.make_state()
         start = self._side.make_state()
         self._declare(start, device_state, ("device_wrench", np.zeros(6)))

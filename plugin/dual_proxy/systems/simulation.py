@@ -61,10 +61,14 @@ class ForceTorqueSensor(Face):
         self._reaction = self.DeclareVectorInputPort("reaction", 6)
         self._pose = self._declare_pose_input("robot_pose")
         period = self._sensor.params.period
-        self._declare_memory(self._sensor.make_state(seed), period, offset=period)
+        self._declare_memory(self._sensor.make_state(seed), period)
         self._declare_vector_output("sensed_wrench", 6, lambda state: state.wrench)
 
     def _step(self, context: Context, state: Any) -> None:
+        # Not by an event's offset: period + k period is not always the others'
+        # (k + 1) period, and the sensor would step before or after them.
+        if context.get_time() <= 0.0:
+            return
         _, R_BE = pose(self._pose, context)
         self._sensor.update(
             self._reaction.Eval(context), R_BE, R_BE @ self._p_SE, state
