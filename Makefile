@@ -7,7 +7,7 @@ JOBS ?= 2
 CPP_FILES = $(shell git ls-files '*.h' '*.cc')
 READY := $(VENV)/.ready
 
-.PHONY: demo test build lint format stubs clean
+.PHONY: demo test build lint format stubs figures clean
 
 demo: build  ## Run scene `plane` and write its report to out/demo
 	$(BIN)/dual-proxy run plane --delay 0.05 --out out/demo
@@ -42,6 +42,10 @@ format: $(READY)  ## Format C++ and Python in place
 
 stubs: build  ## Regenerate plugin/dual_proxy/_core.pyi from the bindings
 	$(BIN)/python cmake/generate_stubs.py plugin/dual_proxy/_core.pyi
+
+figures: build  ## Print the tables of README and docs, draw the README's picture
+	$(BIN)/python benchmarks/plane.py --picture docs/images/plane.png
+	$(BIN)/python benchmarks/law.py
 
 clean:
 	rm -rf build out

@@ -81,7 +81,7 @@ def line(name: str, scenario: dp.Scenario, changes: Mapping[str, Any]) -> None:
 def main() -> None:
     """Prints the three tables as Markdown."""
     plane = dp.load_scenario("plane")
-    header = "\n| variant |" + " | ".join(KEYS) + " |\n|" + " --- |" * (1 + len(KEYS))
+    header = "\n| variant | " + " | ".join(KEYS) + " |\n|" + " --- |" * (1 + len(KEYS))
     for title, scenario in (
         ("Table at 0.40 m", plane),
         ("Table at 0.10 m", lowered(plane, 0.10)),

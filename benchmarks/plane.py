@@ -107,7 +107,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     delays = [float(text) for text in options.delays.split(",")]
     print("| scheme | delay, ms |", " | ".join(COLUMNS), "|")
-    print("| --- |" * 1, "--- |" * (1 + len(COLUMNS)))
+    print("|" + " --- |" * (2 + len(COLUMNS)))
     for scheme in ("dual_proxy", "position_force"):
         for delay in delays:
             run = dp.run("plane", scheme=scheme, delay=delay)

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the repository says of itself is so."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import subprocess
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+import dual_proxy as dp
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def test_stubs_are_current():
+    path = ROOT / "cmake" / "generate_stubs.py"
+    spec = importlib.util.spec_from_file_location("generate_stubs", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    committed = (ROOT / "plugin" / "dual_proxy" / "_core.pyi").read_text()
+    assert module.generate() == committed, "run `make stubs`"
+
+
+def test_installed_package_is_typed_and_has_its_data():
+    package = resources.files("dual_proxy")
+    for name in ("py.typed", "_core.pyi", "models/panda.urdf"):
+        assert package.joinpath(name).is_file(), name
+    assert dp.list_scenarios() == ["plane"]
+
+
+def test_all_public_names_exist():
+    for name in dp.__all__:
+        assert getattr(dp, name) is not None
+    compiled = {name for name in dir(dp._core) if not name.startswith("_")}
+    internal = {"FilterMeans"}
+    assert compiled - internal <= set(dp.__all__)
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/notes_on_the_paper.md"])
+def test_paths_in_documents_exist(page):
+    text = (ROOT / page).read_text()
+    links = re.findall(r"\]\((?!https?:)([^)#]+)", text)
+    named = re.findall(
+        r"`((?:systems|plugin|bindings|examples|docs|benchmarks)/[^`*]*)`", text
+    )
+    assert links or named
+    for path in [*links, *named]:
+        assert ((ROOT / page).parent / path).exists() or (ROOT / path).exists(), path
+
+
+def test_no_source_file_lacks_its_license():
+    files = subprocess.run(
+        ["git", "ls-files", "*.py", "*.h", "*.cc"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.split()
+    assert files
+    for name in files:
+        head = (ROOT / name).read_text()[:200]
+        assert "SPDX-License-Identifier: BSD-3-Clause" in head, name
