@@ -76,7 +76,7 @@ def draw(run: dp.Run, path: Path) -> None:
     middle.plot(time, -signal(log, "reference_force")[:, 2], label="robot's reference")
     middle.plot(time, signal(log, "device_force")[:, 2], label="on the hand")
     middle.set_ylabel("vertical force, N")
-    middle.set_ylim(-3, 14)
+    middle.set_ylim(-6, 14)
     bottom.plot(time, normal_error_deg(log), label="error of the normal")
     bottom.set_ylabel("deg")
     bottom.set_ylim(0, 5)

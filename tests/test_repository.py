@@ -44,9 +44,8 @@ def test_all_public_names_exist():
 def test_paths_in_documents_exist(page):
     text = (ROOT / page).read_text()
     links = re.findall(r"\]\((?!https?:)([^)#]+)", text)
-    named = re.findall(
-        r"`((?:systems|plugin|bindings|examples|docs|benchmarks)/[^`*]*)`", text
-    )
+    folders = "systems|plugin|bindings|examples|docs|benchmarks|tests"
+    named = re.findall(rf"(?<![\w/])(?:{folders})/[\w./]*\w", text)
     assert links or named
     for path in [*links, *named]:
         assert ((ROOT / page).parent / path).exists() or (ROOT / path).exists(), path

@@ -144,8 +144,9 @@ class Station:
     def log_frame(self) -> pd.DataFrame:
         """Returns the log so far; see `dual_proxy.log.SIGNALS`."""
         log: Any = self._sink.FindLog(self.simulator.get_context())
-        times = log.sample_times()
-        return make_frame(times, self._signals(times, log.data().T))
+        # Before the first step there is nothing that could be logged.
+        times = log.sample_times()[1:]
+        return make_frame(times, self._signals(times, log.data().T[1:]))
 
     def _current_row(self) -> dict[str, float]:
         root = self.simulator.get_context()
