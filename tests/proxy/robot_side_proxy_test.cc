@@ -50,6 +50,7 @@ class RobotSideProxyTest : public ::testing::Test {
   void Step(bool handover_allowed = false) {
     const RobotSideProxyOutput last = state_.output;
     const bool first = !state_.initialized;
+    const Matrix3d last_selection = state_.force.selection;
     dut_.Update(time(), input_, &state_);
     ++tick_;
     const RobotSideProxyOutput& output = state_.output;
@@ -64,8 +65,7 @@ class RobotSideProxyTest : public ::testing::Test {
     ASSERT_LE(output.motion_error.norm(), 0.012 + kTolerance);
     // Without a link, a direction that leaves force space lets go of the proxy.
     const bool released = output.link_status != LinkStatus::kConnected &&
-                          input_.force_selection != last_selection_;
-    last_selection_ = input_.force_selection;
+                          state_.force.selection != last_selection;
     if (first || released) return;
     const Vector3d moved = output.proxy_pose.p - last.proxy_pose.p;
     ASSERT_LE(moved.cwiseAbs().maxCoeff(), 0.2 * kPeriod + kTolerance);
@@ -92,7 +92,6 @@ class RobotSideProxyTest : public ::testing::Test {
   RobotSideProxyState state_{dut_.MakeState()};
   RobotSideProxyInput input_;
   int tick_{0};
-  Matrix3d last_selection_{Matrix3d::Zero()};
   const Matrix3d z_ = Direction(Vector3d::UnitZ());
 };
 
