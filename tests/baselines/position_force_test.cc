@@ -101,7 +101,7 @@ TEST_F(PositionForceHapticSideTest, DoesNotAllocate) {
 
 TEST_F(PositionForceHapticSideTest, ErrorsNameFieldRangeAndValue) {
   const std::string who = "PositionForceHapticSideParams: field `";
-  EXPECT_EQ(ValidationError(params_), "valid");
+  EXPECT_EQ(ValidationError(params_), "no exception");
   params_.force_scale = -1;
   EXPECT_EQ(ValidationError(params_),
             who + "force_scale` expected a finite value >= 0, got -1");

@@ -3,29 +3,21 @@
 
 #include <limits>
 #include <stdexcept>
-#include <string>
 
 #include <gtest/gtest.h>
+
+#include "validation_error.h"
 
 namespace dual_proxy {
 namespace {
 
-template <typename Check>
-std::string MessageOf(Check check) {
-  try {
-    check();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "nothing thrown";
-}
-
 TEST(ValidateTest, MessageNamesWhoFieldRangeAndValue) {
-  EXPECT_EQ(MessageOf([] { ThrowUnlessInRange("Who", "field", 3, 0, 2); }),
-            "Who: field `field` expected a value in [0, 2], got 3");
-  EXPECT_EQ(MessageOf([] { ThrowUnlessPositive("Who", "field", 0); }),
+  EXPECT_EQ(
+      InvalidArgument([] { ThrowUnlessInRange("Who", "field", 3, 0, 2); }),
+      "Who: field `field` expected a value in [0, 2], got 3");
+  EXPECT_EQ(InvalidArgument([] { ThrowUnlessPositive("Who", "field", 0); }),
             "Who: field `field` expected a finite value > 0, got 0");
-  EXPECT_EQ(MessageOf([] { ThrowUnlessNonNegative("Who", "field", -1); }),
+  EXPECT_EQ(InvalidArgument([] { ThrowUnlessNonNegative("Who", "field", -1); }),
             "Who: field `field` expected a finite value >= 0, got -1");
 }
 
@@ -43,7 +35,7 @@ TEST(ValidateTest, BoundsAreInclusiveAndNanIsNeverInRange) {
 
 TEST(ValidateTest, FiniteAndRotation) {
   EXPECT_NO_THROW(ThrowUnlessFinite("Who", "p", Eigen::Vector3d::Zero()));
-  EXPECT_EQ(MessageOf([] {
+  EXPECT_EQ(InvalidArgument([] {
               ThrowUnlessFinite(
                   "Who", "p",
                   Eigen::Vector2d(1, std::numeric_limits<double>::infinity()));

@@ -6,15 +6,21 @@
 
 namespace dual_proxy {
 
-/** What `params.Validate()` says, or "valid". */
-template <typename Params>
-std::string ValidationError(const Params& params) {
+/** What the std::invalid_argument of `action` says, or "no exception". */
+template <typename Action>
+std::string InvalidArgument(const Action& action) {
   try {
-    params.Validate();
+    action();
   } catch (const std::invalid_argument& error) {
     return error.what();
   }
-  return "valid";
+  return "no exception";
+}
+
+/** What `params.Validate()` says, or "no exception". */
+template <typename Params>
+std::string ValidationError(const Params& params) {
+  return InvalidArgument([&params] { params.Validate(); });
 }
 
 }  // namespace dual_proxy

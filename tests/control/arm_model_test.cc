@@ -327,7 +327,7 @@ TEST_F(ArmModelTest, ParamsNameTheirErrors) {
     return ValidationError(params);
   };
   using P = ArmModelParams;
-  EXPECT_EQ(error([](P*) {}), "valid");
+  EXPECT_EQ(error([](P*) {}), "no exception");
   EXPECT_EQ(ValidationError(P{}),
             "ArmModelParams: field `mass[0]` expected a finite value > 0, "
             "got 0");

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "no_alloc.h"
-#include "test_support.h"
+#include "validation_error.h"
 
 namespace dual_proxy {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "dual_proxy/common/random.h"
 #include "no_alloc.h"
-#include "test_support.h"
+#include "validation_error.h"
 
 namespace dual_proxy {
 namespace {

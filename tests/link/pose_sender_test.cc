@@ -9,7 +9,7 @@
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/rotation.h"
 #include "no_alloc.h"
-#include "test_support.h"
+#include "validation_error.h"
 
 namespace dual_proxy {
 namespace {

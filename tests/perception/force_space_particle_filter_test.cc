@@ -359,7 +359,7 @@ TEST_F(ForceSpaceParticleFilterTest, BadPriorIsRefusedAndGoodOneRemovable) {
 
 TEST(ForceSpaceParticleFilterParamsTest, DefaultsAreThePaperAndValid) {
   const ForceSpaceParticleFilterParams params;
-  EXPECT_EQ(ValidationError(params), "valid");
+  EXPECT_EQ(ValidationError(params), "no exception");
   EXPECT_EQ(params.num_particles, 1000);
   EXPECT_EQ(params.period, 1.0 / 15.0);
   EXPECT_EQ(params.update_thresholds.force_low, 3);

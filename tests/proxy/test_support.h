@@ -1,26 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <stdexcept>
-#include <string>
-
 #include <Eigen/Core>
 
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/rotation.h"
+#include "validation_error.h"
 
 namespace dual_proxy {
-
-/** What the std::invalid_argument of `action` says, or "no exception". */
-template <class Action>
-std::string InvalidArgument(const Action& action) {
-  try {
-    action();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "no exception";
-}
 
 /** Three independent normals times `scale`. */
 inline Eigen::Vector3d RandomVector(double scale, RandomStream* random) {

@@ -99,7 +99,7 @@ TEST(ContactSceneTest, DoesNotAllocate) {
 
 TEST(ContactSceneTest, ErrorsNameFieldRangeAndValue) {
   ContactSceneParams params = InnerCorner();
-  EXPECT_EQ(ValidationError(params), "valid");
+  EXPECT_EQ(ValidationError(params), "no exception");
   params.surfaces.resize(9);
   EXPECT_EQ(ValidationError(params),
             "ContactSceneParams: field `surfaces` expected at most 8 surfaces, "

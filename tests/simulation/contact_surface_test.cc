@@ -148,7 +148,7 @@ TEST(ContactSurfaceTest, DoesNotAllocate) {
 
 TEST(ContactSurfaceTest, ErrorsNameFieldRangeAndValue) {
   using Params = ContactSurfaceParams;
-  EXPECT_EQ(ValidationError(Params{}), "valid");
+  EXPECT_EQ(ValidationError(Params{}), "no exception");
   const std::string who = "ContactSurfaceParams: field `";
   for (const auto& [field, member] :
        {std::pair{"radius", &Params::radius},

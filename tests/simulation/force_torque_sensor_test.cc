@@ -170,7 +170,7 @@ TEST_F(ForceTorqueSensorTest, SameSeedSameBitsAndNothingIsAllocated) {
 
 TEST_F(ForceTorqueSensorTest, ErrorsNameFieldRangeAndValue) {
   using Params = ForceTorqueSensorParams;
-  EXPECT_EQ(ValidationError(Params{}), "valid");
+  EXPECT_EQ(ValidationError(Params{}), "no exception");
   const std::string who = "ForceTorqueSensorParams: field `";
   for (const auto& [field, member] :
        {std::pair{"force_noise_std", &Params::force_noise_std},

@@ -243,7 +243,7 @@ TEST_F(SimulatedHapticDeviceTest, CopyContinuesAlikeAndNothingIsAllocated) {
 
 TEST_F(SimulatedHapticDeviceTest, ErrorsNameFieldRangeAndValue) {
   using Params = SimulatedHapticDeviceParams;
-  EXPECT_EQ(ValidationError(Params{}), "valid");
+  EXPECT_EQ(ValidationError(Params{}), "no exception");
   const std::string who = "SimulatedHapticDeviceParams: field `";
   for (const auto& [field, member] :
        {std::pair{"hand_mass", &Params::hand_mass},

@@ -138,7 +138,7 @@ TEST_F(OperatorPathTest, DoesNotAllocate) {
 TEST_F(OperatorPathTest, ErrorsNameFieldRangeAndValue) {
   const std::string who = "OperatorPathParams: field ";
   OperatorPathParams params = params_;
-  EXPECT_EQ(ValidationError(params), "valid");
+  EXPECT_EQ(ValidationError(params), "no exception");
   params.times(2) = 2;
   EXPECT_EQ(ValidationError(params),
             who + "`times` expected strictly increasing times, got 2");

@@ -97,7 +97,7 @@ TEST(PointRobotTest, CopyContinuesAlikeAndNothingIsAllocated) {
 TEST(PointRobotTest, ErrorsNameFieldRangeAndValue) {
   const std::string who = "PointRobotParams: field `";
   PointRobotParams params;
-  EXPECT_EQ(ValidationError(params), "valid");
+  EXPECT_EQ(ValidationError(params), "no exception");
   params.mass = 0;
   EXPECT_EQ(ValidationError(params),
             who + "mass` expected a finite value > 0, got 0");
