@@ -185,8 +185,8 @@ class Station:
         side = self._add(
             "robot_side",
             RobotSide(
-                model,
                 params,
+                model,
                 q_start,
                 scenario.sensor,
                 p_SE_S,

@@ -242,7 +242,7 @@ FACES = {
         acting=("force_selection", "dimension", "particles", "force_direction"),
     ),
     "OperationalSpaceController": Entry(
-        make=lambda: systems.OperationalSpaceController(panda()),
+        make=lambda: systems.OperationalSpaceController(),
         inputs={
             "robot_state": 14,
             "motion_error": 3,
@@ -321,7 +321,7 @@ FACES = {
         acting=("mean",),
     ),
     "ArmKinematics": Entry(
-        make=lambda: systems.ArmKinematics(panda()),
+        make=lambda: systems.ArmKinematics(),
         inputs={"robot_state": 14},
         outputs={"robot_pose": Transform, "robot_velocity": 6},
         sources={"robot_state": robot_state},
@@ -346,7 +346,7 @@ FACES = {
         acting=("device_pose", "device_velocity", "hand_position"),
     ),
     "RobotSide": Entry(
-        make=lambda: systems.RobotSide(panda(), robot_side_params(), Q_REST),
+        make=lambda: systems.RobotSide(robot_side_params(), panda(), Q_REST),
         inputs={
             "haptic_message": Message,
             "robot_state": 14,
@@ -385,7 +385,7 @@ FACES = {
     ),
     "RobotSide with a sensor": Entry(
         make=lambda: systems.RobotSide(
-            panda(), robot_side_params(), Q_REST, sensor_params(), P_SE, seed=4
+            robot_side_params(), panda(), Q_REST, sensor_params(), P_SE, seed=4
         ),
         cls="RobotSide",
         simulated=True,
@@ -1038,7 +1038,7 @@ def proxy_with_period(period):
 def controller_with_limit(limit):
     params = _core.OperationalSpaceControllerParams()
     params.torque_limit = limit
-    systems.OperationalSpaceController(panda(), params)
+    systems.OperationalSpaceController(params)
 
 
 @pytest.mark.parametrize(
@@ -1063,18 +1063,16 @@ def controller_with_limit(limit):
             ["ForceTorqueSensor", "p_SE", "finite"],
         ),
         (
-            lambda: systems.RobotSide(panda(), q_start=np.zeros(6)),
+            lambda: systems.RobotSide(q_start=np.zeros(6)),
             ["RobotSide", "q_start", "(7,)", "(6,)"],
         ),
         (
-            lambda: systems.RobotSide(
-                panda(), sensor=sensor_params(), p_SE=np.zeros(2)
-            ),
+            lambda: systems.RobotSide(sensor=sensor_params(), p_SE=np.zeros(2)),
             ["RobotSide", "p_SE", "(3,)", "(2,)"],
         ),
         (
             lambda: systems.RobotSide(
-                panda(), sensor=sensor_params(), p_SE=[0.0, math.nan, 0.0]
+                sensor=sensor_params(), p_SE=[0.0, math.nan, 0.0]
             ),
             ["RobotSide", "p_SE", "finite"],
         ),
@@ -1383,7 +1381,7 @@ def test_simulated_sensor_has_the_noise_of_its_seed():
 
     def row(seed):
         face = systems.RobotSide(
-            panda(), robot_side_params(), Q_REST, sensor_params(), P_SE, seed
+            robot_side_params(), panda(), Q_REST, sensor_params(), P_SE, seed
         )
         simulator = Simulator(build_around(face, entry.sources))
         simulator.AdvanceTo(0.0505)
@@ -1398,7 +1396,7 @@ def test_parameters_of_simulated_hardware_are_copied():
         sensor, device = sensor_params(), device_params()
         faces = {
             "RobotSide with a sensor": systems.RobotSide(
-                panda(), robot_side_params(), Q_REST, sensor, P_SE, 4
+                robot_side_params(), panda(), Q_REST, sensor, P_SE, 4
             ),
             "HapticSide with a device": systems.HapticSide(
                 _core.HapticSideParams(), device, operator_path()

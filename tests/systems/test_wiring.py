@@ -97,7 +97,7 @@ class Separate:
         kinematics = self.add(systems.ArmKinematics(model))
         proxy = self.add(systems.RobotSideProxy(scenario.robot_proxy))
         controller = self.add(
-            systems.OperationalSpaceController(model, scenario.controller)
+            systems.OperationalSpaceController(scenario.controller, model)
         )
         self.hold = self.add(ZeroOrderHold(PERIOD, 7))
         particle_filter = self.add(

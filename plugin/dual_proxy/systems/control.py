@@ -74,11 +74,12 @@ class ArmKinematics(LeafSystem):
 
     Parameters
     ----------
-    model : PandaModel.
+    model : PandaModel, the arm; by default with the project's own tool.
     """
 
-    def __init__(self, model: PandaModel) -> None:
+    def __init__(self, model: PandaModel | None = None) -> None:
         super().__init__()
+        model = model or PandaModel()
         self._robot_state = self.DeclareVectorInputPort("robot_state", 2 * NUM_JOINTS)
         self._terms = declare_model_terms(self, model, self._robot_state)
         self.DeclareAbstractOutputPort(
@@ -134,17 +135,17 @@ class OperationalSpaceController(Face):
 
     Parameters
     ----------
-    model : PandaModel, the arm.
     params : OperationalSpaceControllerParams.
+    model : PandaModel, the arm; by default with the project's own tool.
     """
 
     def __init__(
         self,
-        model: PandaModel,
         params: _core.OperationalSpaceControllerParams | None = None,
+        model: PandaModel | None = None,
     ) -> None:
         super().__init__(feedthrough=True)
-        self._model = model
+        self._model = model or PandaModel()
         self._controller = _core.OperationalSpaceController(
             deepcopy(params or _core.OperationalSpaceControllerParams())
         )

@@ -154,8 +154,8 @@ class RobotSide(_Side):
 
     Parameters
     ----------
-    model : PandaModel, the arm.
     params : RobotSideParams.
+    model : PandaModel, the arm; by default with the project's own tool.
     q_start : (7,) rad, where the arm will be when the run starts.
     sensor : ForceTorqueSensorParams of the simulated sensor, if there is one.
     p_SE : (3,) m, tool point in the sensor's frame.
@@ -164,8 +164,8 @@ class RobotSide(_Side):
 
     def __init__(
         self,
-        model: PandaModel,
         params: _core.RobotSideParams | None = None,
+        model: PandaModel | None = None,
         q_start: np.ndarray | None = None,
         sensor: _core.ForceTorqueSensorParams | None = None,
         p_SE: Vector | None = None,
@@ -194,7 +194,7 @@ class RobotSide(_Side):
             self._reaction = declare("reaction", 6)
         self._force_selection = declare("force_selection", 9)
         self._moment_selection = declare("moment_selection", 9)
-        self._model = model
+        self._model = model = model or PandaModel()
         torque: Any = np.zeros(NUM_JOINTS)
         if q_start is not None:
             q = check_vector("RobotSide", "q_start", q_start, NUM_JOINTS)
