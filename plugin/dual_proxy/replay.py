@@ -20,6 +20,7 @@ What is drawn (frame B):
 from __future__ import annotations
 
 import html
+import logging
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -379,7 +380,7 @@ def write_replay(
     # The last row at or before each frame; rows' times carry rounding errors.
     rows = np.searchsorted(elapsed, frame_times + 1e-9, side="right") - 1
 
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+    meshcat = _quiet_meshcat()
     drawer = SceneDrawer(meshcat, params, workspace_map)
     # Before the animation starts, a viewer shows its first frame.
     drawer.update(dict(zip(REPLAY_COLUMNS, columns[0], strict=True)))
@@ -397,6 +398,17 @@ def write_replay(
     head, end, tail = page.rpartition("</body>")
     text = head + _legend(title, workspace_map is not None) + end + tail
     replace_file(path, text.encode())
+
+
+def _quiet_meshcat() -> Any:
+    """Returns a Meshcat that does not announce itself: nobody is to look."""
+    logger = logging.getLogger("drake")
+    level = logger.level
+    logger.setLevel(logging.WARNING)
+    try:
+        return Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+    finally:
+        logger.setLevel(level)
 
 
 def _legend(title: str, with_device: bool) -> str:
