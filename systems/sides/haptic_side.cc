@@ -79,12 +79,7 @@ void HapticSide::Update(double time, const HapticSideInput& input,
 }
 
 const std::vector<SignalSlice>& HapticSide::OutputLayout() {
-  static const std::vector<SignalSlice> layout = [] {
-    std::vector<SignalSlice> result;
-    SignalSink sink(&result);
-    Visit(HapticSideOutput{}, &sink);
-    return result;
-  }();
+  static const std::vector<SignalSlice> layout = MakeLayout(&Visit);
   return layout;
 }
 

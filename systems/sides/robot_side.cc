@@ -152,12 +152,7 @@ void RobotSide::Update(double time, const RobotSideInput& input,
 }
 
 const std::vector<SignalSlice>& RobotSide::OutputLayout() {
-  static const std::vector<SignalSlice> layout = [] {
-    std::vector<SignalSlice> result;
-    SignalSink sink(&result);
-    Visit(RobotSideOutput{}, &sink);
-    return result;
-  }();
+  static const std::vector<SignalSlice> layout = MakeLayout(&Visit);
   return layout;
 }
 

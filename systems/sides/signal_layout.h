@@ -52,4 +52,13 @@ class SignalSink {
   int size_{0};
 };
 
+/** Names and places of the signals that `visit` lists. */
+template <typename Output>
+std::vector<SignalSlice> MakeLayout(void (*visit)(const Output&, SignalSink*)) {
+  std::vector<SignalSlice> layout;
+  SignalSink sink(&layout);
+  visit(Output{}, &sink);
+  return layout;
+}
+
 }  // namespace dual_proxy
