@@ -10,7 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 import dual_proxy as dp
+from dual_proxy.panda import PandaModel
 
 PRINTED = {"law": "printed"}
 # Added one after the other to the printed law; with the last it is the default.
@@ -68,6 +71,21 @@ def lowered(scenario: dp.Scenario, height: float) -> dp.Scenario:
     return dp.Scenario.from_mapping(scenario.name, mapping)
 
 
+def print_coupling(scenario: dp.Scenario) -> None:
+    """Prints the arm's apparent mass where the tool first touches the table."""
+    model = PandaModel()
+    x, y, _ = scenario.scene.start_position
+    p_BE = [x, y, scenario.scene.contact_height]
+    q = model.inverse_kinematics(p_BE, q_near=scenario.controller.q_rest)
+    terms = model.calc(q, np.zeros(7))
+    Lambda, _ = dp.calc_operational_space_inertia(terms.J_BE, terms.mass)
+    print(
+        f"Table at {scenario.scene.table_height:.2f} m: Lambda_zz = "
+        f"{Lambda[2, 2]:.1f} kg, Lambda_xz / Lambda_zz = "
+        f"{Lambda[0, 2] / Lambda[2, 2]:.2f}"
+    )
+
+
 def line(name: str, scenario: dp.Scenario, changes: Mapping[str, Any]) -> None:
     """Runs a variant and prints its row."""
     metrics = dp.run(scenario, overrides=changes).metrics
@@ -81,6 +99,8 @@ def line(name: str, scenario: dp.Scenario, changes: Mapping[str, Any]) -> None:
 def main() -> None:
     """Prints the three tables as Markdown."""
     plane = dp.load_scenario("plane")
+    for scenario in (plane, lowered(plane, 0.10)):
+        print_coupling(scenario)
     header = "\n| variant | " + " | ".join(KEYS) + " |\n|" + " --- |" * (1 + len(KEYS))
     for title, scenario in (
         ("Table at 0.40 m", plane),

@@ -14,8 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from dual_proxy.metrics import METRICS
-from dual_proxy.report import format_metric
+from dual_proxy.metrics import METRICS, format_metric
 from dual_proxy.run import Run, RunError, run
 from dual_proxy.scenario import SCHEMES, ScenarioError, list_scenarios, load_scenario
 from dual_proxy.settings import parse_yaml

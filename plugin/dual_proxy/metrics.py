@@ -33,6 +33,7 @@ __all__ = [
     "Metric",
     "compute_metrics",
     "device_in_robot_frame",
+    "format_metric",
     "normal_error_deg",
 ]
 
@@ -163,6 +164,15 @@ def device_in_robot_frame(scenario: Scenario, x_D: Array) -> Array:
     """Map device positions, (n, 3), m, in D, to the robot, in B, eq. (1)."""
     mapped: Array = scenario.map.p_cw + scenario.map.scale * (x_D @ scenario.map.R_DB)
     return mapped
+
+
+def format_metric(value: Any) -> str:
+    """Return a metric as people read it: four digits, "-" for None."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:d}" if isinstance(value, int) else f"{value:.4g}"
 
 
 def normal_error_deg(log: pd.DataFrame) -> Array:

@@ -531,7 +531,7 @@ class PandaModel:
     def calc(self, q: ArrayLike, v: ArrayLike) -> PandaTerms:
         """Returns the model terms at joint positions and velocities.
 
-        Costs about 4 us: meant to be called once per control period.
+        One native call, meant for every control period.
 
         Parameters
         ----------

@@ -18,12 +18,17 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from dual_proxy.log import replace_file, signal
-from dual_proxy.metrics import METRICS, device_in_robot_frame, normal_error_deg
+from dual_proxy.metrics import (
+    METRICS,
+    device_in_robot_frame,
+    format_metric,
+    normal_error_deg,
+)
 
 if TYPE_CHECKING:
     from dual_proxy.scenario import Scenario
 
-__all__ = ["format_metric", "render_report", "write_report"]
+__all__ = ["render_report", "write_report"]
 
 Array = NDArray[np.float64]
 
@@ -74,15 +79,6 @@ pre { margin: 8px 0 0; overflow-x: auto; background: var(--ground);
 details summary { cursor: pointer; color: var(--accent); }
 footer { color: var(--soft); margin-top: 20px; font-size: 13px; }
 """
-
-
-def format_metric(value: Any) -> str:
-    """Return a metric as people read it: four digits, "-" for None."""
-    if value is None:
-        return "-"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:d}" if isinstance(value, int) else f"{value:.4g}"
 
 
 def write_report(

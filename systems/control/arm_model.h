@@ -57,7 +57,7 @@ class ArmModel {
   const ArmModelParams& params() const { return params_; }
 
   /** Computes pose and model terms. What is not finite in q or v makes the
-  results that depend on it NaN. Neither allocates nor throws; about 1.2 us.
+  results that depend on it NaN. Neither allocates nor throws.
   @param q  rad.
   @param v  rad/s.
   @param[out] X_BE   pose of the tool point.

@@ -55,7 +55,7 @@ struct ForceLoopState {
   off fades out within release_time.
 - With F_fb = F_f - F_r the passivity controller sees all of the feedback.
 
-Update() neither allocates nor throws; about 0.1 us. */
+Update() neither allocates nor throws. */
 class ForceLoop {
  public:
   /** @throws std::invalid_argument if params are not valid. */

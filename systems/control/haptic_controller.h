@@ -31,7 +31,7 @@ on the hand, in D. The device compensates its own gravity p_h. Force and moment
 are saturated last, on their norms. If an input is not finite the device wrench
 is zero and state.bad_inputs counts it.
 
-Update() neither allocates nor throws; under 0.05 us. */
+Update() neither allocates nor throws. */
 class HapticController {
  public:
   /** @throws std::invalid_argument if params are not valid. */

@@ -88,7 +88,7 @@ With angular rows scaled by `length` (m) the eigenvalues mu of J A^-1 J^T are
 1/kg. Where mu >= 1/max_mass, the apparent mass is 1/mu: exact. Below, with
 r = mu max_mass, it is max_mass (3 r - 2 r^2): the same value and slope at the
 border, at most 1.125 max_mass, and zero at the singularity, where the direction
-is dropped. About 1 us. No heap. */
+is dropped. No heap. */
 OperationalSpaceInertia CalcOperationalSpaceInertia(const Matrix67& J_BE,
                                                     const Matrix7& mass,
                                                     double max_mass,
@@ -175,7 +175,7 @@ compensation -g at the rate limit (if the model terms are not usable, it stays
 as sent last; zero before the first cycle), motion and contact forces are zero,
 the controller's memory rests, and state.bad_inputs counts it.
 
-Update() neither allocates nor throws; about 1.5 us. */
+Update() neither allocates nor throws. */
 class OperationalSpaceController {
  public:
   /** @throws std::invalid_argument if params are not valid. */

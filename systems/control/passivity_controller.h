@@ -70,7 +70,7 @@ which has no division by the velocity, does not chatter, and stays where it is
 while nothing moves. Since F_inject is a part of F_fb, alpha settles where the
 feedback dissipates what damping_margin asks for.
 
-Update() neither allocates nor throws; about 0.05 us. */
+Update() neither allocates nor throws. */
 class TimeDomainPassivity {
  public:
   /** @throws std::invalid_argument if params are not valid. */

@@ -128,7 +128,7 @@ class RobotSideProxy {
 
   /** Advances by one period; the outputs are in state->output.
   @param time s, not decreasing, the clock that message ages are taken by.
-  No heap, no throw; about 3 us. */
+  No heap, no throw. */
   void Update(double time, const RobotSideProxyInput& input,
               RobotSideProxyState* state) const noexcept;
 

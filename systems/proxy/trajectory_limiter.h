@@ -63,7 +63,7 @@ class TrajectoryLimiter {
   @param target where the target is now.
   @param target_velocity [linear m/s; angular rad/s] of the target; cut off at
       99 % of the limits, so that it can be caught up with.
-  No heap, no throw; about 2 us. */
+  No heap, no throw. */
   void Update(const Pose& target,
               const Eigen::Matrix<double, 6, 1>& target_velocity,
               TrajectoryLimiterState* state) const noexcept;

@@ -66,7 +66,7 @@ The device is damped in the force space of the message in use as long as the
 link is alive; without a link the force fades out and the damping, which only
 ever takes energy, stays.
 
-Update() neither allocates nor throws; about 0.3 us. */
+Update() neither allocates nor throws. */
 class HapticSide {
  public:
   /** @throws std::invalid_argument if params are not valid. */

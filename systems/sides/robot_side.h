@@ -90,7 +90,7 @@ The means are a WindowMean over filter_period: a filter that updates at a
 multiple of filter_period and looks at the output of the cycle before it sees
 exactly one full window. A cycle that the controller refused adds nothing.
 
-Update() neither allocates nor throws; about 2 us. */
+Update() neither allocates nor throws. */
 class RobotSide {
  public:
   /** @throws std::invalid_argument if params are not valid. */

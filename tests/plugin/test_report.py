@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from dual_proxy.metrics import METRICS, compute_metrics
-from dual_proxy.report import format_metric, render_report, write_report
+from dual_proxy.metrics import METRICS, compute_metrics, format_metric
+from dual_proxy.report import render_report, write_report
 from dual_proxy.scenario import load_scenario
 
 SECTIONS = (

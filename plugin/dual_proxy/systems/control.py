@@ -9,16 +9,15 @@ from operator import attrgetter
 from typing import Any
 
 import numpy as np
-from pydrake.common.value import AbstractValue, Value
+from pydrake.common.value import Value
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import CacheEntry, LeafSystem, ValueProducer
+from pydrake.systems.framework import LeafSystem
 
 from dual_proxy import _core
 from dual_proxy.panda import NUM_JOINTS, PandaModel, PandaTerms
 from dual_proxy.systems._face import (
     Context,
     Face,
-    InputPort,
     Output,
     Stepped,
     Vector,
@@ -38,26 +37,12 @@ _NO_TERMS = PandaTerms(
 def model_terms(model: PandaModel, robot_state: Vector) -> PandaTerms:
     """Returns the model terms at [q; v], not numbers where the state is none.
 
-    Drake's plant raises for such a state; the algorithms refuse such terms.
+    All of them or none: where v is no number, the pose is not to be trusted
+    either. The algorithms refuse such terms.
     """
     if not math.isfinite(robot_state @ robot_state):
         return _NO_TERMS
     return model.calc(robot_state[:NUM_JOINTS], robot_state[NUM_JOINTS:])
-
-
-def declare_model_terms(
-    system: LeafSystem, model: PandaModel, robot_state: InputPort
-) -> CacheEntry:
-    """Declares a cache entry with the model terms at the port's [q; v]."""
-
-    def calc(context: Context, value: Output) -> None:
-        value.set_value(model_terms(model, robot_state.Eval(context)))
-
-    return system.DeclareCacheEntry(
-        "model terms",
-        ValueProducer(allocate=lambda: AbstractValue.Make(None), calc=calc),
-        {robot_state.ticket()},
-    )
 
 
 class ArmKinematics(LeafSystem):
@@ -79,29 +64,27 @@ class ArmKinematics(LeafSystem):
 
     def __init__(self, model: PandaModel | None = None) -> None:
         super().__init__()
-        model = model or PandaModel()
+        self._model = model or PandaModel()
         self._robot_state = self.DeclareVectorInputPort("robot_state", 2 * NUM_JOINTS)
-        self._terms = declare_model_terms(self, model, self._robot_state)
+        inputs = {self._robot_state.ticket()}
         self.DeclareAbstractOutputPort(
-            "robot_pose",
-            Value[RigidTransform],
-            self._calc_pose,
-            {self._terms.ticket()},
+            "robot_pose", Value[RigidTransform], self._calc_pose, inputs
         )
         self.DeclareVectorOutputPort(
             "robot_velocity",
             6,
             self._calc_velocity,
-            {self._terms.ticket(), self._robot_state.ticket()},
+            inputs,
         )
 
     def _calc_pose(self, context: Context, output: Output) -> None:
-        terms: Any = self._terms.Eval(context)
+        x: Any = self._robot_state.Eval(context)
+        terms = model_terms(self._model, x)
         output.set_value(rigid_transform(terms.p_BE, terms.R_BE))
 
     def _calc_velocity(self, context: Context, output: Output) -> None:
-        terms: Any = self._terms.Eval(context)
         x: Any = self._robot_state.Eval(context)
+        terms = model_terms(self._model, x)
         v = x[NUM_JOINTS:]
         output.SetFromVector(_core.RobotSide.calc_twist(terms.J_BE, v))
 

@@ -2,8 +2,9 @@
 """Each side's work of a control period as one system.
 
 A call from Drake into Python costs more than the algorithms themselves, so the
-station runs each side as one face over one compiled call. The separate faces,
-wired in a row, give the same bits.
+station runs each side as one face over one compiled call for the side, and one
+for the simulated hardware that it may hold. The separate faces, wired in a row,
+give the same bits.
 """
 
 from __future__ import annotations
