@@ -8,6 +8,14 @@ function(dual_proxy_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Werror)
 endfunction()
 
+# dual_proxy_drake_sources(file.cc ...) adds Drake faces of the current folder,
+# where Drake was found.
+function(dual_proxy_drake_sources)
+  if(TARGET dual_proxy_drake)
+    target_sources(dual_proxy_drake PRIVATE ${ARGN})
+  endif()
+endfunction()
+
 # dual_proxy_add_gtest(name_test) builds name_test.cc and registers it; every
 # test can count heap allocations (tests/common/no_alloc.h).
 function(dual_proxy_add_gtest name)

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -92,6 +93,17 @@ ArmModel::ArmModel(ArmModelParams params) : params_(std::move(params)) {
 
 void ArmModel::Calc(const Vector7& q, const Vector7& v, Pose* X_BE,
                     ModelTerms* terms) const noexcept {
+  if (!std::isfinite(q.squaredNorm() + v.squaredNorm())) {
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    X_BE->p.setConstant(kNan);
+    X_BE->R.setConstant(kNan);
+    terms->J_BE.setConstant(kNan);
+    terms->mass.setConstant(kNan);
+    terms->bias.setConstant(kNan);
+    terms->gravity.setConstant(kNan);
+    terms->Jdot_v.setConstant(kNan);
+    return;
+  }
   // From the base to the tool. Per joint: its unit motion, its link's inertia,
   // and the force its link takes at zero joint accelerations.
   std::array<Spatial, kNumJoints> axes;

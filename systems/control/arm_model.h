@@ -56,8 +56,9 @@ class ArmModel {
 
   const ArmModelParams& params() const { return params_; }
 
-  /** Computes pose and model terms. What is not finite in q or v makes the
-  results that depend on it NaN. Neither allocates nor throws.
+  /** Computes pose and model terms. If anything in q or v is not finite (or its
+  square overflows), every result is NaN: where a velocity is no number, the
+  pose is not to be trusted either. Neither allocates nor throws.
   @param q  rad.
   @param v  rad/s.
   @param[out] X_BE   pose of the tool point.

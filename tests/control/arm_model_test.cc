@@ -284,28 +284,22 @@ TEST_F(ArmModelTest, JacobianIsThePosesRate) {
   }
 }
 
-TEST_F(ArmModelTest, NotFiniteInputsShowInWhatDependsOnThem) {
+TEST_F(ArmModelTest, NotFiniteInputsShowInAllResults) {
   const ModelTerms good = Calc(Vector7::Ones(), Vector7::Ones());
-  for (const double bad : {kNan, kInf, -kInf}) {
-    Vector7 v = Vector7::Ones();
-    v(2) = bad;
-    ModelTerms terms = Calc(Vector7::Ones(), v);
-    EXPECT_TRUE(terms.bias.hasNaN());
-    EXPECT_TRUE(terms.Jdot_v.hasNaN());
-    EXPECT_EQ(terms.mass, good.mass);
-    EXPECT_EQ(terms.gravity, good.gravity);
-    EXPECT_EQ(terms.J_BE, good.J_BE);
-
-    Vector7 q = Vector7::Ones();
-    q(2) = bad;
-    terms = Calc(q, Vector7::Ones());
-    EXPECT_TRUE(X_BE_.p.array().isNaN().all());
-    EXPECT_TRUE(X_BE_.R.hasNaN());
-    EXPECT_TRUE(terms.J_BE.hasNaN());
-    EXPECT_TRUE(terms.mass.hasNaN());
-    EXPECT_TRUE(terms.bias.array().isNaN().all());
-    EXPECT_TRUE(terms.gravity.array().isNaN().all());
-    EXPECT_TRUE(terms.Jdot_v.hasNaN());
+  for (const double bad : {kNan, kInf, -kInf, 1e200}) {
+    for (const bool in_q : {true, false}) {
+      Vector7 q = Vector7::Ones();
+      Vector7 v = Vector7::Ones();
+      (in_q ? q : v)(2) = bad;
+      const ModelTerms terms = Calc(q, v);
+      EXPECT_TRUE(X_BE_.p.array().isNaN().all());
+      EXPECT_TRUE(X_BE_.R.array().isNaN().all());
+      EXPECT_TRUE(terms.J_BE.array().isNaN().all());
+      EXPECT_TRUE(terms.mass.array().isNaN().all());
+      EXPECT_TRUE(terms.bias.array().isNaN().all());
+      EXPECT_TRUE(terms.gravity.array().isNaN().all());
+      EXPECT_TRUE(terms.Jdot_v.array().isNaN().all());
+    }
   }
   // Nothing of it stays.
   const ModelTerms again = Calc(Vector7::Ones(), Vector7::Ones());

@@ -121,6 +121,5 @@ def test_calc_refuses_wrong_shapes_and_shows_nan():
         dut.calc(np.zeros(6), np.zeros(7))
     with pytest.raises(ValueError, match=r"v: expected .*\(7,\).*\(7, 1\)"):
         dut.calc(np.zeros(7), np.zeros((7, 1)))
-    terms = dut.calc(np.full(7, np.nan), np.zeros(7))
-    assert np.isnan(terms[0]).all()
-    assert np.isnan(terms[4]).all()
+    for term in dut.calc(np.zeros(7), [0, 0, np.nan, 0, 0, 0, 0]):
+        assert np.isnan(term).all()

@@ -3,12 +3,10 @@
 
 from __future__ import annotations
 
-import math
 from copy import deepcopy
 from operator import attrgetter
 from typing import Any
 
-import numpy as np
 from pydrake.common.value import Value
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import LeafSystem
@@ -26,22 +24,8 @@ from dual_proxy.systems._face import (
     vector,
 )
 
-_NO_TERMS = PandaTerms(
-    *(
-        np.full(shape, np.nan)
-        for shape in (3, (3, 3), (6, NUM_JOINTS), (NUM_JOINTS, NUM_JOINTS), 7, 7, 6)
-    )
-)
-
-
 def model_terms(model: PandaModel, robot_state: Vector) -> PandaTerms:
-    """Returns the model terms at [q; v], not numbers where the state is none.
-
-    All of them or none: where v is no number, the pose is not to be trusted
-    either. The algorithms refuse such terms.
-    """
-    if not math.isfinite(robot_state @ robot_state):
-        return _NO_TERMS
+    """Returns the model terms at [q; v], not numbers where the state is none."""
     return model.calc(robot_state[:NUM_JOINTS], robot_state[NUM_JOINTS:])
 
 

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "dual_proxy/common/face.h"
+#include "dual_proxy/control/arm_model.h"
+#include "dual_proxy/sides/robot_side.h"
+#include "dual_proxy/simulation/force_torque_sensor.h"
+
+namespace dual_proxy {
+
+/** A simulated wrist sensor inside a RobotSideSystem. */
+struct RobotSideSensor {
+  ForceTorqueSensorParams params;
+  /** m: tool point in the sensor's frame, whose axes are E's. */
+  Eigen::Vector3d p_SE{Eigen::Vector3d::Zero()};
+  std::uint64_t seed{0};  ///< Of the noise.
+};
+
+/** What a RobotSideSystem remembers. */
+struct RobotSideMemory {
+  RobotSideState side;
+  ForceTorqueSensorState sensor;
+  Vector7 torque{Vector7::Zero()};  ///< N m, of the last step.
+  bool stepped{false};              ///< Whether there was a step.
+};
+
+/** The robot's side as one system: proxy, controller, means for the filter,
+sender (RobotSide), and the arm's model.
+
+@system
+name: RobotSideSystem
+input_ports:
+- haptic_message
+- robot_state
+- sensed_wrench (reaction, with a simulated sensor)
+- force_selection
+- moment_selection
+output_ports:
+- signals
+- torque
+- robot_pose
+- message
+- force_message
+- mean_sensed_force
+- mean_velocity
+- mean_motion_force
+- mean_contact_force
+- sensed_wrench (with a simulated sensor)
+@endsystem
+
+Input ports, in the base frame B unless said:
+- `haptic_message`, abstract PoseMessage (optional: without it the robot waits).
+- `robot_state`, 14: [q; v], rad, rad/s.
+- `sensed_wrench`, 6: [force; moment] at E, N, N m.
+- `reaction`, 6, in its place with a simulated sensor: [force; moment], N, N m,
+  in S, of the arm on the tool.
+- `force_selection`, `moment_selection`, 9 each: row-major (optional, zero).
+
+Output ports:
+- `signals`, RobotSide::OutputSize(): all results, by RobotSide::OutputLayout().
+- `torque`, 7, N m: with gravity compensation.
+- `robot_pose`, abstract RigidTransformd: X_BE at the current `robot_state`.
+- `message`, abstract PoseMessage, to the haptic side.
+- `force_message`, abstract ForceMessage, for the two-channel baseline.
+- `mean_...`, 3 each, N, m/s, N, N: the filter's inputs, means over its current
+  period.
+- `sensed_wrench`, 6: as the input of that name (only with a simulated sensor).
+
+Steps every `params.controller.period`; all outputs but `robot_pose` are those
+of the last step. Before the first the torque holds the arm at `q_start`, if
+given; the rest is zero.
+
+With a simulated sensor the system does the work of a ForceTorqueSensorSystem,
+too, and gives the same bits as with that system in front of it. */
+class RobotSideSystem final : public Face<RobotSideMemory> {
+ public:
+  /** @param arm the model of the arm.
+  @param q_start rad, where the arm will be when the run starts.
+  @param sensor the simulated sensor, if there is one.
+  @throws std::invalid_argument if parameters are invalid, or the sensor's
+  period is not the side's. */
+  RobotSideSystem(const RobotSideParams& params, const ArmModelParams& arm,
+                  const std::optional<Vector7>& q_start = std::nullopt,
+                  const std::optional<RobotSideSensor>& sensor = std::nullopt);
+
+  const InputPort& get_haptic_message_input_port() const {
+    return get_input_port(0);
+  }
+  const InputPort& get_robot_state_input_port() const {
+    return get_input_port(1);
+  }
+  /** @throws std::exception with a simulated sensor. */
+  const InputPort& get_sensed_wrench_input_port() const {
+    return GetInputPort("sensed_wrench");
+  }
+  /** @throws std::exception without a simulated sensor. */
+  const InputPort& get_reaction_input_port() const {
+    return GetInputPort("reaction");
+  }
+  const InputPort& get_force_selection_input_port() const {
+    return get_input_port(3);
+  }
+  const InputPort& get_moment_selection_input_port() const {
+    return get_input_port(4);
+  }
+  const OutputPort& get_signals_output_port() const {
+    return get_output_port(0);
+  }
+  const OutputPort& get_torque_output_port() const {
+    return get_output_port(1);
+  }
+  const OutputPort& get_robot_pose_output_port() const {
+    return get_output_port(2);
+  }
+  const OutputPort& get_message_output_port() const {
+    return get_output_port(3);
+  }
+  const OutputPort& get_force_message_output_port() const {
+    return get_output_port(4);
+  }
+  const OutputPort& get_mean_sensed_force_output_port() const {
+    return get_output_port(5);
+  }
+  const OutputPort& get_mean_velocity_output_port() const {
+    return get_output_port(6);
+  }
+  const OutputPort& get_mean_motion_force_output_port() const {
+    return get_output_port(7);
+  }
+  const OutputPort& get_mean_contact_force_output_port() const {
+    return get_output_port(8);
+  }
+  /** @throws std::exception without a simulated sensor. */
+  const OutputPort& get_sensed_wrench_output_port() const {
+    return GetOutputPort("sensed_wrench");
+  }
+
+ private:
+  void Step(const Context& context, RobotSideMemory* memory) const override;
+  void CalcRobotPose(const Context& context,
+                     drake::math::RigidTransformd* X_BE) const;
+
+  RobotSide side_;
+  ArmModel arm_;
+  std::optional<ForceTorqueSensor> sensor_;
+  Eigen::Vector3d p_SE_{Eigen::Vector3d::Zero()};
+};
+
+}  // namespace dual_proxy
