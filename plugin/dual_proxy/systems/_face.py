@@ -16,6 +16,8 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import EventStatus, LeafSystem, ValueProducer
 
+from dual_proxy.native import NativeTwin
+
 Vector = NDArray[np.float64]
 
 # pydrake's type stubs name array types that no array has and call the values of
@@ -87,7 +89,7 @@ class Stepped:
         return Stepped(copy(self.state), self.output)
 
 
-class Face(LeafSystem):
+class Face(NativeTwin, LeafSystem):
     """A system around one algorithm; it owns no mathematics.
 
     The algorithm's state is abstract state of the Context, so a diagram can be
