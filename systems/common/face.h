@@ -94,6 +94,8 @@ class Face : public drake::systems::LeafSystem<double> {
 
  protected:
   using Context = drake::systems::Context<double>;
+  /** The value of a vector port, to be written. */
+  using Vector = Eigen::Ref<Eigen::VectorXd>;
 
   explicit Face(Feedthrough feedthrough)
       : feedthrough_(feedthrough == Feedthrough::kYes) {}
@@ -131,9 +133,8 @@ class Face : public drake::systems::LeafSystem<double> {
   }
 
   /** `read(memory, vector)` writes the port's value. */
-  void DeclareVectorOutput(
-      const std::string& name, int size,
-      std::function<void(const Memory&, Eigen::Ref<Eigen::VectorXd>)> read) {
+  void DeclareVectorOutput(const std::string& name, int size,
+                           std::function<void(const Memory&, Vector)> read) {
     this->DeclareVectorOutputPort(
         name, drake::systems::BasicVector<double>(size),
         [this, read = std::move(read)](
