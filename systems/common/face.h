@@ -19,8 +19,8 @@ namespace dual_proxy {
 
 /** A pose as Drake's type, whatever the numbers: never throws. Drake asks more
 of a rotation (orthonormal to 3e-14) than the algorithms do; one that is not
-quite so is replaced by the nearest that is. What is no pose at all becomes a
-position that is not a number, which every algorithm refuses. */
+quite so is replaced by the nearest that is. What is no pose at all becomes one
+of numbers that are not, which every algorithm refuses. */
 drake::math::RigidTransformd ToRigidTransform(const Pose& X);
 
 /** Drake's pose as the algorithms' type. */
