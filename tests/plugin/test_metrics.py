@@ -41,7 +41,7 @@ def test_json_of_a_native_run_is_the_same_text(measure):
     """As `Run.save` and its `json.dumps` write it."""
     numbers = np.random.default_rng(1).integers(0, 2**64, 5000, np.uint64)
     numbers = numbers.view(np.float64)
-    numbers = numbers[np.isfinite(numbers)].tolist() + [1e-4, 1e16, 0.1, 5.0, -0.0]
+    numbers = [*numbers[np.isfinite(numbers)].tolist(), 1e-4, 1e16, 0.1, 5.0, -0.0]
     for values in (measure(), {f"number_{i}": x for i, x in enumerate(numbers)}, {}):
         text = _core._metrics_json(list(values.items()))
         assert text == json.dumps(values, indent=2, allow_nan=False) + "\n"
