@@ -36,7 +36,7 @@ output_ports:
 - signals
 - device_wrench
 - message
-- device_pose (with a simulated device)
+- device_pose (only with a simulated device)
 @endsystem
 
 Input ports, in the device's frame D:

@@ -35,7 +35,8 @@ name: RobotSideSystem
 input_ports:
 - haptic_message
 - robot_state
-- sensed_wrench (reaction, with a simulated sensor)
+- sensed_wrench (not with a simulated sensor)
+- reaction (only with a simulated sensor)
 - force_selection
 - moment_selection
 output_ports:
@@ -48,7 +49,7 @@ output_ports:
 - mean_velocity
 - mean_motion_force
 - mean_contact_force
-- sensed_wrench (with a simulated sensor)
+- sensed_wrench (only with a simulated sensor)
 @endsystem
 
 Input ports, in the base frame B unless said:

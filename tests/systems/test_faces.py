@@ -4,550 +4,49 @@
 import copy
 import math
 import re
-from dataclasses import dataclass, field
-from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
-from pydrake.math import RigidTransform, RotationMatrix
+from face_table import (
+    FACES,
+    P_SE,
+    PARAMS,
+    Q_START,
+    R_DOWN,
+    START,
+    Source,
+    added,
+    alone,
+    build,
+    build_around,
+    device_params,
+    evaluate,
+    flat,
+    force_message,
+    operator_path,
+    panda,
+    prior,
+    robot_pose,
+    robot_proxy_params,
+    robot_side_params,
+    robot_state,
+    sensor_params,
+    spoiled,
+)
+from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem, PortDataType
 from pydrake.systems.primitives import ConstantVectorSource
 
 from dual_proxy import _core, systems
 from dual_proxy.native import native_in_use
-from dual_proxy.panda import NUM_JOINTS, Q_REST, PandaModel
+from dual_proxy.panda import NUM_JOINTS
 
-ALONG_Z = np.diag([0.0, 0.0, 1.0])
-NAN_POSE = RigidTransform(np.full(3, np.nan))
-STATUS_SIZE = len(systems.LINK_STATUS_FIELDS)
-START = np.array([0.45, 0.0, 0.18])
-R_DOWN = np.diag([1.0, -1.0, -1.0])
-
-
-@cache
-def panda():
-    return PandaModel()
-
-
-def robot_side_params():
-    params = _core.RobotSideParams()
-    params.proxy = robot_proxy_params()
-    return params
-
-
-def robot_proxy_params():
-    params = _core.RobotSideProxyParams()
-    params.map.p_cw = START
-    params.map.R_cw = R_DOWN
-    return params
-
-
-def operator_path():
-    return _core.OperatorPath(
-        [0.0, 0.5], np.array([[0.0, 0.02], [0.0, 0.0], [0.0, -0.02]]), "minimum_jerk"
-    )
-
-
-# What stands at the input ports, as functions of time.
-
-
-def pose_message(t, selection=ALONG_Z):
-    """From a side that sends at 50 Hz without delay."""
-    sequence = math.floor(t * 50 + 1e-9)
-    return _core.PoseMessage(
-        sequence=sequence,
-        send_time=sequence / 50,
-        pose=_core.Pose(p=np.array([0.01 * math.sin(3 * t), 0.0, -0.01 * t])),
-        force_selection=selection,
-    )
-
-
-def robot_message(t):
-    message = pose_message(t)
-    message.pose = _core.Pose(
-        p=START + np.array([0.0, 0.0, 0.01 * math.sin(5 * t)]), R=R_DOWN
-    )
-    return message
-
-
-def force_message(t):
-    sequence = math.floor(t * 50 + 1e-9)
-    return _core.ForceMessage(
-        sequence=sequence,
-        send_time=sequence / 50,
-        force=np.array([0.0, 1.0, -5.0 * math.sin(t)]),
-    )
-
-
-def robot_pose(t):
-    return RigidTransform(
-        RotationMatrix(R_DOWN), START + np.array([0.0, 0.0, -0.01 * t])
-    )
-
-
-def device_pose(t):
-    return RigidTransform(np.array([0.0, 0.001 * math.sin(t), -0.01 * t]))
-
-
-def robot_state(t):
-    q = Q_REST + 0.05 * math.sin(2 * t)
-    return np.concatenate([q, np.full(NUM_JOINTS, 0.1 * math.cos(2 * t))])
-
-
-def sensor_params():
-    """As of a bad sensor: all that it can do to a wrench, it does."""
-    params = _core.ForceTorqueSensorParams()
-    params.force_bias = [0.5, -0.3, 0.2]
-    params.cutoff = 40.0
-    params.tool_mass = 0.3
-    params.tool_com = [0.0, 0.01, 0.05]
-    return params
-
-
-def device_params():
-    params = _core.SimulatedHapticDeviceParams()
-    params.hand_stiffness = 300.0
-    return params
-
-
-P_SE = [0.01, 0.0, 0.1]
-
-
-def wave(*amplitudes):
-    return lambda t: np.array(amplitudes) * math.sin(7 * t + 0.3)
-
-
-def selection(t):
-    return ALONG_Z.ravel() * (t > 0.1)
-
-
-def no_selection(t):
-    return np.zeros(9)
-
-
-def wrench(t):
-    return np.array([0.1, 0.2, -5 - math.sin(t), 0.0, 0.01, 0.0])
-
-
-def prior(t):
-    return np.array([[0.0], [0.0], [-1.0]])
-
-
-@dataclass
-class Entry:
-    """A row of the table: a face, its ports in order, what feeds them.
-
-    A port is name -> size, or type of the abstract value. `inputs` and
-    `outputs` are the public ports that no version may change; what follows them
-    in the face is in `more_inputs` and `more_outputs`.
-    """
-
-    make: object
-    inputs: dict
-    outputs: dict
-    sources: dict
-    more_inputs: dict = field(default_factory=dict)
-    more_outputs: dict = field(default_factory=dict)
-    feedthrough: bool = False
-    # Outputs that go to hardware or to a plant.
-    acting: tuple = ()
-    # Name of the class, and whether it holds simulated hardware.
-    cls: str = ""
-    simulated: bool = False
-
-
-Message, Force, Transform = _core.PoseMessage, _core.ForceMessage, RigidTransform
-
-FACES = {
-    "RobotSideProxy": Entry(
-        make=lambda: systems.RobotSideProxy(robot_proxy_params()),
-        inputs={
-            "haptic_message": Message,
-            "robot_pose": Transform,
-            "force_selection": 9,
-            "moment_selection": 9,
-        },
-        more_inputs={"sensed_wrench": 6},
-        outputs={
-            "motion_error": 3,
-            "rotation_error": 3,
-            "reference_force": 3,
-            "reference_moment": 3,
-            "proxy_pose": Transform,
-            "link_status": STATUS_SIZE,
-        },
-        more_outputs={"proxy_velocity": 6, "proxy_acceleration": 6},
-        sources={
-            "haptic_message": pose_message,
-            "robot_pose": robot_pose,
-            "force_selection": selection,
-            "moment_selection": no_selection,
-            "sensed_wrench": wrench,
-        },
-        feedthrough=True,
-        acting=(
-            "motion_error",
-            "rotation_error",
-            "reference_force",
-            "reference_moment",
-            "proxy_pose",
-            "proxy_velocity",
-            "proxy_acceleration",
-        ),
-    ),
-    "HapticSideProxy": Entry(
-        make=systems.HapticSideProxy,
-        inputs={"robot_message": Message, "device_pose": Transform},
-        outputs={
-            "reference_force": 3,
-            "reference_moment": 3,
-            "proxy_pose": Transform,
-            "force_selection": 9,
-            "link_status": STATUS_SIZE,
-        },
-        sources={"robot_message": robot_message, "device_pose": device_pose},
-        feedthrough=True,
-        acting=("reference_force", "reference_moment", "force_selection"),
-    ),
-    "CommunicationChannel": Entry(
-        make=lambda: systems.CommunicationChannel(
-            _core.CommunicationChannelParams(delay=0.03, jitter=0.01, loss=0.1), 3
-        ),
-        inputs={"message": Message},
-        outputs={"message": Message},
-        sources={"message": pose_message},
-        acting=("message",),
-    ),
-    "ForceSpaceParticleFilter": Entry(
-        make=lambda: systems.ForceSpaceParticleFilter(
-            _core.ForceSpaceParticleFilterParams(num_particles=100, period=0.02), 5
-        ),
-        inputs={
-            "sensed_force": 3,
-            "velocity": 3,
-            "motion_force": 3,
-            "contact_force": 3,
-            "prior": np.ndarray,
-        },
-        outputs={"force_selection": 9, "dimension": 1, "particles": 300},
-        more_outputs={"force_direction": 3},
-        sources={
-            "sensed_force": lambda t: np.array([0.3, 0.0, -8.0]),
-            "velocity": wave(0.001, 0.001, 0.0),
-            "motion_force": lambda t: np.array([0.0, 1.0, -9.0]),
-            "contact_force": lambda t: np.array([0.0, 0.0, -3.0]),
-            "prior": prior,
-        },
-        acting=("force_selection", "dimension", "particles", "force_direction"),
-    ),
-    "OperationalSpaceController": Entry(
-        make=lambda: systems.OperationalSpaceController(),
-        inputs={
-            "robot_state": 14,
-            "motion_error": 3,
-            "rotation_error": 3,
-            "reference_force": 3,
-            "reference_moment": 3,
-            "force_selection": 9,
-            "moment_selection": 9,
-            "sensed_wrench": 6,
-        },
-        more_inputs={"proxy_velocity": 6, "proxy_acceleration": 6},
-        outputs={
-            "torque": 7,
-            "motion_force": 3,
-            "contact_force": 3,
-            "observed_energy": 1,
-        },
-        more_outputs={"injected_damping": 1},
-        sources={
-            "robot_state": robot_state,
-            "motion_error": wave(0.001, 0.002, -0.001),
-            "rotation_error": wave(0.01, 0.0, 0.02),
-            "reference_force": lambda t: np.array([0.0, 0.0, -4.0]),
-            "reference_moment": wave(0.1, 0.0, 0.0),
-            "force_selection": selection,
-            "moment_selection": no_selection,
-            "sensed_wrench": wrench,
-            "proxy_velocity": wave(0.01, 0.0, 0.01, 0.0, 0.0, 0.1),
-            "proxy_acceleration": wave(0.1, 0.0, 0.1, 0.0, 0.0, 0.1),
-        },
-        feedthrough=True,
-        acting=("torque", "motion_force", "contact_force", "observed_energy"),
-    ),
-    "HapticController": Entry(
-        make=systems.HapticController,
-        inputs={
-            "reference_force": 3,
-            "reference_moment": 3,
-            "device_velocity": 6,
-            "force_selection": 9,
-        },
-        outputs={"device_wrench": 6},
-        sources={
-            "reference_force": wave(1.0, 2.0, 3.0),
-            "reference_moment": wave(0.1, 0.1, 0.1),
-            "device_velocity": wave(0.1, 0.0, 0.1, 0.0, 0.0, 0.0),
-            "force_selection": selection,
-        },
-        feedthrough=True,
-        acting=("device_wrench",),
-    ),
-    "PositionForceHapticSide": Entry(
-        make=systems.PositionForceHapticSide,
-        inputs={"force_message": Force},
-        outputs={"device_wrench": 6, "link_status": STATUS_SIZE},
-        sources={"force_message": force_message},
-        feedthrough=True,
-        acting=("device_wrench",),
-    ),
-    "PoseSender": Entry(
-        make=systems.PoseSender,
-        inputs={"pose": Transform, "force_selection": 9, "moment_selection": 9},
-        outputs={"message": Message},
-        sources={
-            "pose": robot_pose,
-            "force_selection": selection,
-            "moment_selection": no_selection,
-        },
-        acting=("message",),
-    ),
-    "WindowMean": Entry(
-        make=lambda: systems.WindowMean(window=0.05),
-        inputs={"value": 3},
-        outputs={"mean": 3},
-        sources={"value": wave(1.0, 2.0, -3.0)},
-        acting=("mean",),
-    ),
-    "ArmKinematics": Entry(
-        make=lambda: systems.ArmKinematics(),
-        inputs={"robot_state": 14},
-        outputs={"robot_pose": Transform, "robot_velocity": 6},
-        sources={"robot_state": robot_state},
-        feedthrough=True,
-    ),
-    "ForceTorqueSensor": Entry(
-        make=lambda: systems.ForceTorqueSensor(p_SE=[0.0, 0.0, 0.1], seed=4),
-        inputs={"reaction": 6, "robot_pose": Transform},
-        outputs={"sensed_wrench": 6},
-        sources={"reaction": wrench, "robot_pose": robot_pose},
-        acting=("sensed_wrench",),
-    ),
-    "SimulatedHapticDevice": Entry(
-        make=lambda: systems.SimulatedHapticDevice(operator_path()),
-        inputs={"device_wrench": 6},
-        outputs={
-            "device_pose": Transform,
-            "device_velocity": 6,
-            "hand_position": 3,
-        },
-        sources={"device_wrench": wave(0.0, 1.0, 2.0, 0.0, 0.0, 0.0)},
-        acting=("device_pose", "device_velocity", "hand_position"),
-    ),
-    "RobotSide": Entry(
-        make=lambda: systems.RobotSide(robot_side_params(), panda(), Q_REST),
-        inputs={
-            "haptic_message": Message,
-            "robot_state": 14,
-            "sensed_wrench": 6,
-            "force_selection": 9,
-            "moment_selection": 9,
-        },
-        outputs={
-            "signals": _core.RobotSide.output_size(),
-            "torque": 7,
-            "robot_pose": Transform,
-            "message": Message,
-            "force_message": Force,
-            "mean_sensed_force": 3,
-            "mean_velocity": 3,
-            "mean_motion_force": 3,
-            "mean_contact_force": 3,
-        },
-        sources={
-            "haptic_message": pose_message,
-            "robot_state": robot_state,
-            "sensed_wrench": wrench,
-            "force_selection": selection,
-            "moment_selection": no_selection,
-        },
-        feedthrough=True,  # robot_state -> robot_pose only.
-        acting=(
-            "torque",
-            "message",
-            "force_message",
-            "mean_sensed_force",
-            "mean_velocity",
-            "mean_motion_force",
-            "mean_contact_force",
-        ),
-    ),
-    "RobotSide with a sensor": Entry(
-        make=lambda: systems.RobotSide(
-            robot_side_params(), panda(), Q_REST, sensor_params(), P_SE, seed=4
-        ),
-        cls="RobotSide",
-        simulated=True,
-        inputs={
-            "haptic_message": Message,
-            "robot_state": 14,
-            "reaction": 6,
-            "force_selection": 9,
-            "moment_selection": 9,
-        },
-        outputs={
-            "signals": _core.RobotSide.output_size(),
-            "torque": 7,
-            "robot_pose": Transform,
-            "message": Message,
-            "force_message": Force,
-            "mean_sensed_force": 3,
-            "mean_velocity": 3,
-            "mean_motion_force": 3,
-            "mean_contact_force": 3,
-            "sensed_wrench": 6,
-        },
-        sources={
-            "haptic_message": pose_message,
-            "robot_state": robot_state,
-            "reaction": wrench,
-            "force_selection": selection,
-            "moment_selection": no_selection,
-        },
-        feedthrough=True,  # robot_state -> robot_pose only.
-        acting=(
-            "torque",
-            "message",
-            "force_message",
-            "mean_sensed_force",
-            "mean_velocity",
-            "mean_motion_force",
-            "mean_contact_force",
-            "sensed_wrench",
-        ),
-    ),
-    "HapticSide with a device": Entry(
-        make=lambda: systems.HapticSide(
-            _core.HapticSideParams(), device_params(), operator_path()
-        ),
-        cls="HapticSide",
-        simulated=True,
-        inputs={"robot_message": Message},
-        outputs={
-            "signals": _core.HapticSide.output_size(),
-            "device_wrench": 6,
-            "message": Message,
-            "device_pose": Transform,
-        },
-        sources={"robot_message": robot_message},
-        acting=("device_wrench", "message", "device_pose"),
-    ),
-    "HapticSide": Entry(
-        make=systems.HapticSide,
-        inputs={
-            "robot_message": Message,
-            "device_pose": Transform,
-            "device_velocity": 6,
-        },
-        outputs={
-            "signals": _core.HapticSide.output_size(),
-            "device_wrench": 6,
-            "message": Message,
-        },
-        sources={
-            "robot_message": robot_message,
-            "device_pose": device_pose,
-            "device_velocity": wave(0.1, 0.0, 0.1, 0.0, 0.0, 0.0),
-        },
-        acting=("device_wrench", "message"),
-    ),
-}
-
-for face_name, face_entry in FACES.items():
-    face_entry.cls = face_entry.cls or face_name
+ROOT = Path(__file__).resolve().parents[2]
 
 python_faces = pytest.mark.skipif(native_in_use(), reason="of the Python faces only")
 every_face = pytest.mark.parametrize("name", FACES)
-
-
-class Source(LeafSystem):
-    """A port whose value is a function of time."""
-
-    def __init__(self, function):
-        super().__init__()
-        start = function(0.0)
-        if isinstance(start, np.ndarray) and start.ndim == 1:
-            self.DeclareVectorOutputPort(
-                "value",
-                start.size,
-                lambda context, out: out.SetFromVector(function(context.get_time())),
-            )
-        else:
-            self.DeclareAbstractOutputPort(
-                "value",
-                lambda: systems.make_value(start),
-                lambda context, out: systems.set_value(
-                    out, function(context.get_time())
-                ),
-            )
-
-
-def added(builder, face):
-    """The face in a diagram: in C++ where that is in use."""
-    return face._join(builder, f"face {len(builder.GetSystems())}")
-
-
-def alone(entry):
-    """The face in a diagram of its own."""
-    builder = DiagramBuilder()
-    face = added(builder, entry.make())
-    return builder.Build(), face
-
-
-def build(entry, sources=None, leave_out=()):
-    """A diagram of the face and its sources, with all outputs exported."""
-    sources = {**entry.sources, **(sources or {})}
-    for port in leave_out:
-        del sources[port]
-    return build_around(entry.make(), sources)
-
-
-def build_around(face, sources):
-    builder = DiagramBuilder()
-    face = added(builder, face)
-    for port, function in sources.items():
-        source = builder.AddSystem(Source(function))
-        builder.Connect(source.get_output_port(), face.GetInputPort(port))
-    for i in range(face.num_output_ports()):
-        port = face.get_output_port(i)
-        builder.ExportOutput(port, port.get_name())
-    return builder.Build()
-
-
-def flat(value):
-    """Every number of a port's value."""
-    if isinstance(value, RigidTransform):
-        return value.GetAsMatrix4().ravel()
-    if isinstance(value, _core.PoseMessage):
-        return np.concatenate(
-            [
-                [value.sequence, value.send_time],
-                value.pose.p,
-                value.pose.R.ravel(),
-                value.force_selection.ravel(),
-                value.moment_selection.ravel(),
-            ]
-        )
-    if isinstance(value, _core.ForceMessage):
-        return np.array([value.sequence, value.send_time, *value.force])
-    return np.asarray(value)
-
-
-def evaluate(port, context):
-    if port.get_data_type() == PortDataType.kVectorValued:
-        return port.Eval(context)
-    return systems.get_value(port.EvalAbstract(context))
 
 
 def read(diagram, context):
@@ -588,10 +87,16 @@ def test_ports_are_those_of_the_table(name):
     _, face = alone(entry)
     inputs = [face.get_input_port(i) for i in range(face.num_input_ports())]
     outputs = [face.get_output_port(i) for i in range(face.num_output_ports())]
-    expected = {**entry.inputs, **entry.more_inputs}
-    assert list(port_table(face, inputs).items()) == list(expected.items())
-    expected = {**entry.outputs, **entry.more_outputs}
-    assert list(port_table(face, outputs).items()) == list(expected.items())
+    for ports, expected in ((inputs, entry.inputs), (outputs, entry.outputs)):
+        table = [(port.name, port.holds) for port in expected]
+        assert list(port_table(face, ports).items()) == table
+
+
+@every_face
+def test_public_ports_come_first(name):
+    for ports in (FACES[name].inputs, FACES[name].outputs):
+        public = [port.public for port in ports]
+        assert public == sorted(public, reverse=True)
 
 
 def listed_ports(block, simulated):
@@ -611,24 +116,45 @@ def listed_ports(block, simulated):
     return ports
 
 
+def check_documented_ports(text, system, entry):
+    block = re.search(rf"@system\s+(name: {system}\s.*?)@endsystem", text, re.DOTALL)
+    inputs, outputs = block.group(1).split("output_ports:")
+    for part, expected in ((inputs, entry.inputs), (outputs, entry.outputs)):
+        names = [port.name for port in expected]
+        assert listed_ports(part, entry.simulated) == names
+
+
 @every_face
 def test_docstring_lists_the_ports(name):
     entry = FACES[name]
     text = getattr(systems, entry.cls).__doc__
-    block = re.search(r"@system\n(.*?)@endsystem", text, re.DOTALL).group(1)
-    assert re.search(r"name: (\w+)", block).group(1) == entry.cls
-    inputs, outputs = block.split("output_ports:")
-    expected = [*entry.inputs, *entry.more_inputs]
-    assert listed_ports(inputs, entry.simulated) == expected
-    expected = [*entry.outputs, *entry.more_outputs]
-    assert listed_ports(outputs, entry.simulated) == expected
+    check_documented_ports(text, entry.cls, entry)
 
 
 @every_face
-def test_feedthrough_is_as_documented(name):
+def test_cpp_header_lists_the_ports(name):
+    entry = FACES[name]
+    stem = re.sub(r"(?<!^)(?=[A-Z])", "_", entry.cls).lower()
+    (header,) = (ROOT / "systems").glob(f"*/{stem}_system.h")
+    check_documented_ports(header.read_text(), f"{entry.cls}System", entry)
+
+
+@every_face
+def test_feedthrough_is_that_of_the_table(name):
     entry = FACES[name]
     _, face = alone(entry)
-    assert face.HasAnyDirectFeedthrough() == entry.feedthrough
+    for i, port in enumerate(entry.outputs):
+        assert face.HasDirectFeedthrough(output_port=i) == port.feedthrough, port.name
+
+
+def test_robot_pose_of_a_side_needs_the_robot_state_only():
+    for name in ("RobotSide", "RobotSideWithSensor"):
+        _, face = alone(FACES[name])
+        output = face.GetOutputPort("robot_pose").get_index()
+        for port in FACES[name].inputs:
+            index = face.GetInputPort(port.name).get_index()
+            feedthrough = face.HasDirectFeedthrough(index, output)
+            assert feedthrough == (port.name == "robot_state"), port.name
 
 
 def test_every_face_is_in_the_table():
@@ -810,9 +336,9 @@ def start_values(name):
         "CommunicationChannel",
         "PoseSender",
         "HapticSide",
-        "HapticSide with a device",
+        "HapticSideWithDevice",
         "RobotSide",
-        "RobotSide with a sensor",
+        "RobotSideWithSensor",
     ],
 )
 def test_message_is_empty_at_the_start(name):
@@ -827,28 +353,31 @@ def test_filter_starts_without_contact():
 
 @pytest.mark.parametrize(
     "name",
-    ["HapticSide", "HapticSide with a device", "ForceTorqueSensor", "WindowMean"],
+    ["HapticSide", "HapticSideWithDevice", "ForceTorqueSensor", "WindowMean"],
 )
 def test_starts_at_zero(name):
     port = FACES[name].acting[0]
     np.testing.assert_array_equal(start_values(name)[port], 0)
 
 
-@pytest.mark.parametrize("name", ["RobotSide", "RobotSide with a sensor"])
+@pytest.mark.parametrize("name", ["RobotSide", "RobotSideWithSensor"])
 def test_robot_side_holds_the_arm_at_the_start(name):
-    gravity = panda().calc(Q_REST, np.zeros(NUM_JOINTS)).gravity
+    gravity = panda().calc(Q_START, np.zeros(NUM_JOINTS)).gravity
     values = start_values(name)
     np.testing.assert_array_equal(values["torque"], -gravity)
     np.testing.assert_array_equal(values["signals"], 0)
     np.testing.assert_array_equal(values.get("sensed_wrench", np.zeros(6)), 0)
 
 
+HOME = flat(RigidTransform())
+
+
 def test_device_starts_at_its_home():
     values = start_values("SimulatedHapticDevice")
-    np.testing.assert_array_equal(values["device_pose"], np.eye(4).ravel())
+    np.testing.assert_array_equal(values["device_pose"], HOME)
     np.testing.assert_array_equal(values["device_velocity"], 0)
-    values = start_values("HapticSide with a device")
-    np.testing.assert_array_equal(values["device_pose"], np.eye(4).ravel())
+    values = start_values("HapticSideWithDevice")
+    np.testing.assert_array_equal(values["device_pose"], HOME)
 
 
 def test_robot_proxy_starts_at_the_robot():
@@ -863,53 +392,31 @@ def test_robot_proxy_starts_at_the_robot():
 @pytest.mark.parametrize(
     ("name", "port"),
     [
-        ("RobotSideProxy", "haptic_message"),
-        ("RobotSideProxy", "force_selection"),
-        ("RobotSideProxy", "moment_selection"),
-        ("RobotSideProxy", "sensed_wrench"),
-        ("HapticSideProxy", "robot_message"),
-        ("ForceSpaceParticleFilter", "prior"),
-        *[
-            ("OperationalSpaceController", port)
-            for port in FACES["OperationalSpaceController"].sources
-            if port != "robot_state"
-        ],
-        ("HapticController", "reference_force"),
-        ("HapticController", "reference_moment"),
-        ("HapticController", "device_velocity"),
-        ("HapticController", "force_selection"),
-        ("PoseSender", "force_selection"),
-        ("PoseSender", "moment_selection"),
-        ("SimulatedHapticDevice", "device_wrench"),
-        ("RobotSide", "haptic_message"),
-        ("RobotSide", "sensed_wrench"),
-        ("RobotSide", "force_selection"),
-        ("RobotSide", "moment_selection"),
-        ("RobotSide with a sensor", "haptic_message"),
-        ("RobotSide with a sensor", "force_selection"),
-        ("RobotSide with a sensor", "moment_selection"),
-        ("HapticSide", "robot_message"),
-        ("HapticSide with a device", "robot_message"),
+        (name, port)
+        for name, entry in FACES.items()
+        for port in entry.inputs
+        if port.optional
     ],
+    ids=lambda value: getattr(value, "name", value),
 )
 def test_optional_port(name, port):
     entry = FACES[name]
-    diagram = build(entry, leave_out=[port])
+    diagram = build(entry, leave_out=[port.name])
     rows = simulate(Simulator(diagram), 0.15)
     assert np.all(np.isfinite(rows))
-    if isinstance(entry.inputs.get(port, 0), int) and port != "sensed_wrench":
+    if port.size is not None and port.name != "sensed_wrench":
         # The same as zeros.
-        zeros = np.zeros({**entry.inputs, **entry.more_inputs}[port])
-        with_zeros = build(entry, {port: lambda t: zeros})
+        zeros = np.zeros(port.size)
+        with_zeros = build(entry, {port.name: lambda t: zeros})
         np.testing.assert_array_equal(rows, simulate(Simulator(with_zeros), 0.15))
 
 
 def test_sides_without_messages_wait_and_send():
     for name, port in (
         ("RobotSide", "haptic_message"),
-        ("RobotSide with a sensor", "haptic_message"),
+        ("RobotSideWithSensor", "haptic_message"),
         ("HapticSide", "robot_message"),
-        ("HapticSide with a device", "robot_message"),
+        ("HapticSideWithDevice", "robot_message"),
     ):
         diagram = build(FACES[name], leave_out=[port])
         simulator = Simulator(diagram)
@@ -922,7 +429,7 @@ def test_sides_without_messages_wait_and_send():
         assert outputs["message"][0] == 4
 
 
-@pytest.mark.parametrize("name", ["HapticSide", "HapticSide with a device"])
+@pytest.mark.parametrize("name", ["HapticSide", "HapticSideWithDevice"])
 def test_without_a_message_there_is_no_force_on_the_hand(name):
     diagram = build(FACES[name], leave_out=["robot_message"])
     simulator = Simulator(diagram)
@@ -937,17 +444,7 @@ def test_without_a_message_there_is_no_force_on_the_hand(name):
 
 def spoil(function, bad):
     """The function of time from 0.05 to 0.12 s with `bad` in its place."""
-    start = function(0.0)
-    if isinstance(start, RigidTransform):
-        wrong = RigidTransform(np.full(3, bad))
-    elif isinstance(start, _core.PoseMessage):
-        wrong = _core.PoseMessage(
-            sequence=99, send_time=0.05, pose=_core.Pose(p=np.full(3, bad))
-        )
-    elif isinstance(start, _core.ForceMessage):
-        wrong = _core.ForceMessage(sequence=99, send_time=0.05, force=np.full(3, bad))
-    else:
-        wrong = np.full_like(start, bad)
+    wrong = spoiled(function(0.0), bad)
     return lambda t: wrong if 0.05 <= t < 0.12 else function(t)
 
 
@@ -970,7 +467,7 @@ def test_bad_values_never_raise_and_never_get_through(name, port, bad):
 
 @pytest.mark.parametrize(
     "name",
-    ["OperationalSpaceController", "RobotSide", "RobotSide with a sensor"],
+    ["OperationalSpaceController", "RobotSide", "RobotSideWithSensor"],
 )
 def test_torque_is_held_while_the_robot_state_is_none(name):
     entry = FACES[name]
@@ -1031,9 +528,7 @@ def test_rotation_that_drake_would_refuse():
 
     diagram = build(FACES["HapticSideProxy"], {"robot_message": message})
     outputs = read(diagram, diagram.CreateDefaultContext())
-    np.testing.assert_allclose(
-        outputs["proxy_pose"].reshape(4, 4)[:3, :3], R, atol=1e-7
-    )
+    np.testing.assert_allclose(outputs["proxy_pose"][3:], R.ravel(), atol=1e-7)
 
 
 # Errors at construction.
@@ -1224,10 +719,7 @@ def test_channel_carries_forces():
     channel = systems.CommunicationChannel(
         _core.CommunicationChannelParams(delay=0.02), message=_core.ForceMessage()
     )
-    entry = Entry(
-        make=lambda: channel, inputs={}, outputs={}, sources={"message": force_message}
-    )
-    diagram = build(entry)
+    diagram = build_around(channel, {"message": force_message})
     simulator = Simulator(diagram)
     simulator.AdvanceTo(0.1)
     message = evaluate(diagram.GetOutputPort("message"), simulator.get_context())
@@ -1303,9 +795,9 @@ def test_arm_kinematics_is_the_model():
     x = robot_state(0.4)
     terms = panda().calc(x[:7], x[7:])
     outputs = read(diagram, context)
-    pose = outputs["robot_pose"].reshape(4, 4)
-    np.testing.assert_array_equal(pose[:3, 3], terms.p_BE)
-    np.testing.assert_array_equal(pose[:3, :3], terms.R_BE)
+    pose = outputs["robot_pose"]
+    np.testing.assert_array_equal(pose[:3], terms.p_BE)
+    np.testing.assert_array_equal(pose[3:], terms.R_BE.ravel())
     np.testing.assert_allclose(
         outputs["robot_velocity"], terms.J_BE @ x[7:], rtol=1e-12
     )
@@ -1343,7 +835,9 @@ def both_ways(name, sources):
     builder = DiagramBuilder()
     side = added(builder, FACES[entry.cls].make())
     if entry.cls == "RobotSide":
-        front = systems.ForceTorqueSensor.add_to(builder, sensor_params(), P_SE, seed=4)
+        front = systems.ForceTorqueSensor.add_to(
+            builder, sensor_params(), P_SE, PARAMS["sensor_seed"]
+        )
         links = [
             (side, "robot_pose", front),
             (front, "sensed_wrench", side),
@@ -1407,11 +901,11 @@ def test_simulated_hardware_gives_the_same_bits(name, port, bad):
 
 
 def test_simulated_sensor_has_the_noise_of_its_seed():
-    entry = FACES["RobotSide with a sensor"]
+    entry = FACES["RobotSideWithSensor"]
 
     def row(seed):
         face = systems.RobotSide(
-            robot_side_params(), panda(), Q_REST, sensor_params(), P_SE, seed
+            robot_side_params(), panda(), Q_START, sensor_params(), P_SE, seed
         )
         simulator = Simulator(build_around(face, entry.sources))
         simulator.AdvanceTo(0.0505)
@@ -1425,10 +919,15 @@ def test_parameters_of_simulated_hardware_are_copied():
     def rows(spoil_params):
         sensor, device = sensor_params(), device_params()
         faces = {
-            "RobotSide with a sensor": systems.RobotSide(
-                robot_side_params(), panda(), Q_REST, sensor, P_SE, 4
+            "RobotSideWithSensor": systems.RobotSide(
+                robot_side_params(),
+                panda(),
+                Q_START,
+                sensor,
+                P_SE,
+                PARAMS["sensor_seed"],
             ),
-            "HapticSide with a device": systems.HapticSide(
+            "HapticSideWithDevice": systems.HapticSide(
                 _core.HapticSideParams(), device, operator_path()
             ),
         }
