@@ -14,7 +14,7 @@ namespace {
 TEST(ValidateTest, MessageNamesWhoFieldRangeAndValue) {
   EXPECT_EQ(
       InvalidArgument([] { ThrowUnlessInRange("Who", "field", 3, 0, 2); }),
-      "Who: field `field` expected a value in [0, 2], got 3");
+      "Who: field `field` expected a number in [0, 2], got 3");
   EXPECT_EQ(InvalidArgument([] { ThrowUnlessPositive("Who", "field", 0); }),
             "Who: field `field` expected a finite value > 0, got 0");
   EXPECT_EQ(InvalidArgument([] { ThrowUnlessNonNegative("Who", "field", -1); }),
