@@ -91,11 +91,10 @@ void Add(const py::object& builder, const std::string& name, Args&&... args) {
 // Binds add_<face> for a system that is made from its params alone.
 template <typename S, typename Params>
 void AddFace(py::module_& m, const std::string& face) {
-  m.def(
-      ("add_" + face).c_str(),
-      [](const py::object& builder, const std::string& name,
-         const Params& params) { Add<S>(builder, name, params); },
-      py::arg("builder"), py::arg("name"), py::arg("params"));
+  m.def(("add_" + face).c_str(),
+        [](const py::object& builder, const std::string& name,
+           const Params& params) { Add<S>(builder, name, params); },
+        py::arg("builder"), py::arg("name"), py::arg("params"));
 }
 
 // Messages in AbstractValues.

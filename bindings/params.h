@@ -6,11 +6,15 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <Eigen/Core>
+
+#include "dual_proxy/common/enum_strings.h"
+#include "dual_proxy/common/serialize.h"
 
 /** @file
 What every file of bindings/ shares: arrays whose shape is checked with an error
@@ -72,48 +76,62 @@ inline Eigen::Matrix3d Mat3(const py::handle& value, const char* name) {
   return AsFixed<Eigen::Matrix3d>(value, name);
 }
 
-/** Names of an enum's values in Python. Specialise it beside the binding:
-
-    template <>
-    struct EnumStrings<Handover> {
-      static constexpr std::pair<Handover, const char*> kValues[] = {
-          {Handover::kPrinted, "printed"}, {Handover::kBumpless, "bumpless"}};
-    };
-*/
+/** An enum's value by its name in Python (EnumStrings).
+@throws ValueError that names the field and lists what is allowed. */
 template <typename Enum>
-struct EnumStrings;
-
-template <typename Enum>
-const char* EnumToString(Enum value) {
-  for (const auto& [candidate, string] : EnumStrings<Enum>::kValues) {
-    if (candidate == value) return string;
+Enum EnumFromPython(const py::handle& value, const char* name) {
+  if (py::isinstance<py::str>(value)) {
+    const auto found = EnumFromString<Enum>(value.cast<std::string>());
+    if (found) return *found;
   }
-  return "?";
-}
-
-/** @throws ValueError that names the field and lists what is allowed. */
-template <typename Enum>
-Enum EnumFromString(const py::handle& value, const char* name) {
-  std::string allowed;
-  for (const auto& [candidate, string] : EnumStrings<Enum>::kValues) {
-    if (py::isinstance<py::str>(value) && value.cast<std::string>() == string) {
-      return candidate;
-    }
-    allowed += (allowed.empty() ? "\"" : ", \"") + std::string(string) + "\"";
-  }
-  throw py::value_error("field `" + std::string(name) + "` expected one of " +
-                        allowed + ", got " +
+  throw py::value_error("field `" + std::string(name) + "` expected " +
+                        ExpectedEnum<Enum>() + ", got " +
                         py::repr(value).cast<std::string>());
 }
 
-/** A field's value from Python: a number, an enum's name, an array of the exact
-shape, or nested Params. @throws TypeError or ValueError naming the field. */
+/** The names of an enum's values, in order. */
+template <typename Enum>
+py::tuple EnumNames() {
+  py::list names;
+  for (const auto& [value, name] : EnumStrings<Enum>::kValues) {
+    names.append(name);
+  }
+  return py::tuple(names);
+}
+
+template <typename T>
+inline constexpr bool kIsVector = false;
+template <typename T>
+inline constexpr bool kIsVector<std::vector<T>> = true;
+
+/** Copies of structs, as a tuple. */
+template <typename T>
+py::tuple AsTuple(const std::vector<T>& items) {
+  py::list copies;
+  for (const T& item : items) copies.append(item);
+  return py::tuple(copies);
+}
+
+/** A field's value from Python: a number, a string, an enum's name, an array of
+the exact shape, nested Params, or a list of them.
+@throws TypeError or ValueError naming the field. */
 template <typename T>
 T FieldFromPython(const py::handle& value, const char* name) {
   if constexpr (std::is_enum_v<T>) {
-    return EnumFromString<T>(value, name);
+    return EnumFromPython<T>(value, name);
   } else if constexpr (std::is_base_of_v<Eigen::MatrixBase<T>, T>) {
     return AsFixed<T>(value, name);
+  } else if constexpr (kIsVector<T>) {
+    if (!py::isinstance<py::list>(value) && !py::isinstance<py::tuple>(value)) {
+      throw py::type_error("field `" + std::string(name) +
+                           "` expected a list, got " +
+                           py::repr(value).cast<std::string>());
+    }
+    T items;
+    for (const py::handle& item : value) {
+      items.push_back(FieldFromPython<typename T::value_type>(item, name));
+    }
+    return items;
   } else {
     std::string expected;
     if constexpr (std::is_same_v<T, bool>) {
@@ -122,6 +140,8 @@ T FieldFromPython(const py::handle& value, const char* name) {
       expected = "an integer";
     } else if constexpr (std::is_floating_point_v<T>) {
       expected = "a number";
+    } else if constexpr (std::is_same_v<T, std::string>) {
+      expected = "a string";
     } else {
       expected =
           py::type::of<T>().attr("__name__").template cast<std::string>();
@@ -130,6 +150,10 @@ T FieldFromPython(const py::handle& value, const char* name) {
       // Python's True is the integer 1; here it is neither number nor integer.
       if (std::is_arithmetic_v<T> &&
           py::isinstance<py::bool_>(value) != std::is_same_v<T, bool>) {
+        throw py::cast_error();
+      }
+      // Nor are bytes a string.
+      if (std::is_same_v<T, std::string> && !py::isinstance<py::str>(value)) {
         throw py::cast_error();
       }
       return value.cast<T>();
@@ -151,24 +175,43 @@ py::dict FieldsDict(const py::object& self);
 /** Field by field, arrays element by element. */
 bool FieldsEqual(const py::object& self, const py::object& other);
 
+/** Collects the names that a Serialize() visits. */
+struct NamesArchive {
+  template <typename T>
+  void Visit(const NameValue<T>& field) {
+    names.append(field.name());
+  }
+
+  py::list names;
+};
+
 /** Binds a `...Params` struct: keyword constructor, read and write attributes
 (arrays are copies marked read-only, so that writing to an element is an error
-and not silently lost), `fields` (name -> doc), `validate()`, repr, equality,
-copy, deepcopy and pickle. */
+and not silently lost; lists are tuples of copies, to be changed by assigning
+the whole), `fields` (name -> doc), `validate()`, repr, equality, copy, deepcopy
+and pickle. `_serialized_names` are what Serialize() visits, if there is one; a
+test holds them to `fields`. */
 template <typename Params>
 class BindParams {
  public:
-  BindParams(py::module_& m, const char* name, const char* doc)
+  /** @param checked whether the constructor validates. */
+  BindParams(py::module_& m, const char* name, const char* doc,
+             bool checked = true)
       : class_(m, name, doc) {
     class_.attr("fields") = py::dict();
+    if constexpr (Serializable<Params>) {
+      NamesArchive archive;
+      Params().Serialize(&archive);
+      class_.attr("_serialized_names") = py::tuple(archive.names);
+    }
     class_
-        .def(py::init([](const py::kwargs& kwargs) {
+        .def(py::init([checked](const py::kwargs& kwargs) {
                Params params;
                // A view of the stack object: only for setting its fields.
                const py::object self =
                    py::cast(&params, py::return_value_policy::reference);
                SetFields(self, kwargs);
-               params.Validate();
+               if (checked) params.Validate();
                return params;
              }),
              "Keyword arguments are the fields; the rest have their defaults.\n"
@@ -214,7 +257,12 @@ class BindParams {
             return py::array_t<double>(array);
           },
           set, doc);
-    } else if constexpr (std::is_arithmetic_v<T>) {
+    } else if constexpr (kIsVector<T>) {
+      class_.def_property(
+          name, [member](const Params& self) { return AsTuple(self.*member); },
+          set, doc);
+    } else if constexpr (std::is_arithmetic_v<T> ||
+                         std::is_same_v<T, std::string>) {
       class_.def_property(
           name, [member](const Params& self) { return self.*member; }, set,
           doc);

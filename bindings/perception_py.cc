@@ -5,21 +5,6 @@
 #include "params.h"
 
 namespace dual_proxy {
-
-template <>
-struct EnumStrings<Likelihood> {
-  static constexpr std::pair<Likelihood, const char*> kValues[] = {
-      {Likelihood::kPaper, "paper"}};
-};
-
-template <>
-struct EnumStrings<FilterStatus> {
-  static constexpr std::pair<FilterStatus, const char*> kValues[] = {
-      {FilterStatus::kOk, "ok"},
-      {FilterStatus::kBadInput, "bad_input"},
-      {FilterStatus::kAllWeightsZero, "all_weights_zero"}};
-};
-
 namespace {
 
 using Algorithm = ForceSpaceParticleFilter;

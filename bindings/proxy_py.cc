@@ -9,24 +9,6 @@
 #include "params.h"
 
 namespace dual_proxy {
-
-using WorkspaceShape = WorkspaceLimitsParams::Shape;
-
-template <>
-struct EnumStrings<WorkspaceShape> {
-  static constexpr std::pair<WorkspaceShape, const char*> kValues[] = {
-      {WorkspaceShape::kNone, "none"},
-      {WorkspaceShape::kBox, "box"},
-      {WorkspaceShape::kSphere, "sphere"},
-      {WorkspaceShape::kCylinder, "cylinder"}};
-};
-
-template <>
-struct EnumStrings<Handover> {
-  static constexpr std::pair<Handover, const char*> kValues[] = {
-      {Handover::kPrinted, "printed"}, {Handover::kBumpless, "bumpless"}};
-};
-
 namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;

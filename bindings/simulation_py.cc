@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <vector>
-
-#include <pybind11/stl.h>
-
 #include "dual_proxy/simulation/contact_scene.h"
 #include "dual_proxy/simulation/contact_surface.h"
 #include "dual_proxy/simulation/force_torque_sensor.h"
@@ -12,23 +8,6 @@
 #include "params.h"
 
 namespace dual_proxy {
-
-template <>
-struct EnumStrings<PathInterpolation> {
-  static constexpr std::pair<PathInterpolation, const char*> kValues[] = {
-      {PathInterpolation::kMinimumJerk, "minimum_jerk"},
-      {PathInterpolation::kLinear, "linear"},
-      {PathInterpolation::kCubic, "cubic"}};
-};
-
-template <>
-struct EnumStrings<SurfaceShape> {
-  static constexpr std::pair<SurfaceShape, const char*> kValues[] = {
-      {SurfaceShape::kPlane, "plane"},
-      {SurfaceShape::kCylinder, "cylinder"},
-      {SurfaceShape::kBox, "box"}};
-};
-
 namespace {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -84,7 +63,7 @@ void BindOperator(py::module_& m) {
       .def(py::init([](const py::object& times, const py::object& points,
                        const py::object& interpolation) {
              return OperatorPath({Times(times), Points(points),
-                                  EnumFromString<PathInterpolation>(
+                                  EnumFromPython<PathInterpolation>(
                                       interpolation, "interpolation")});
            }),
            py::arg("times"), py::arg("points"),
@@ -298,22 +277,13 @@ void BindContact(py::module_& m) {
           "B.");
 
   using SceneParams = ContactSceneParams;
-  BindParams<SceneParams> scene(m, "ContactSceneParams",
-                                "Parameters of ContactScene.");
-  const char* surfaces_doc =
-      "up to 8 ContactSurfaceParams, default none; read as a tuple of copies";
-  scene.py_class().attr("fields")["surfaces"] = surfaces_doc;
-  scene.py_class().def_property(
-      "surfaces",
-      [](const SceneParams& self) {
-        return py::tuple(py::cast(self.surfaces));
-      },
-      [](SceneParams& self, std::vector<SurfaceParams> surfaces) {
-        self.surfaces = std::move(surfaces);
-      },
-      surfaces_doc);
-  scene.Field("tool_radius", &SceneParams::tool_radius,
-              "m, >= 0: radius of the spherical tool, default 0");
+  BindParams<SceneParams>(m, "ContactSceneParams",
+                          "Parameters of ContactScene.")
+      .Field("surfaces", &SceneParams::surfaces,
+             "up to 8 ContactSurfaceParams, default none; read as a tuple of "
+             "copies")
+      .Field("tool_radius", &SceneParams::tool_radius,
+             "m, >= 0: radius of the spherical tool, default 0");
   py::class_<SceneContact>(m, "SceneContact",
                            "A tool's contact with a scene: the truth.")
       .def_property_readonly(

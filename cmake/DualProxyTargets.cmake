@@ -26,3 +26,17 @@ function(dual_proxy_add_gtest name)
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT 120)
 endfunction()
+
+# dual_proxy_link_headers(folder...) makes the headers of each folder available
+# as "dual_proxy/<last part of folder>/...", without copying them.
+function(dual_proxy_link_headers)
+  set(root ${PROJECT_BINARY_DIR}/include/dual_proxy)
+  if(IS_SYMLINK ${root})  # of a build tree older than this function
+    file(REMOVE ${root})
+  endif()
+  file(MAKE_DIRECTORY ${root})
+  foreach(folder ${ARGN})
+    cmake_path(GET folder FILENAME name)
+    file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${folder} ${root}/${name} SYMBOLIC)
+  endforeach()
+endfunction()

@@ -2,12 +2,11 @@
 The Drake-free algorithms of dual_proxy.
 """
 from __future__ import annotations
-import collections.abc
 import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['ArmModel', 'ArmModelParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorPath', 'OperatorPathParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'saturate']
+__all__: list[str] = ['ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -150,6 +149,7 @@ class PoseSenderParams:
     Parameters of a sender.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('rate', 'average', 'period')
     fields: typing.ClassVar[dict] = {'rate': 'Hz, in (0, 1/period], default 50', 'average': 'send the mean since the last message, not the newest sample, default true', 'period': 's, > 0, between samples, default 0.001'}
     def __copy__(self) -> PoseSenderParams:
         ...
@@ -269,6 +269,7 @@ class CommunicationChannelParams:
     Parameters of a simulated link, one way.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('delay', 'jitter', 'loss', 'reordering')
     fields: typing.ClassVar[dict] = {'delay': 's, one way, >= 0, default 0', 'jitter': 's, >= 0: standard deviation of the normal whose absolute value is added to the delay, default 0', 'loss': 'probability of loss, in [0, 1), default 0', 'reordering': 'whether a message may overtake another, default true'}
     def __copy__(self) -> CommunicationChannelParams:
         ...
@@ -450,6 +451,7 @@ class LinkMonitorParams:
     Parameters of LinkMonitor.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('timeout', 'max_age', 'spike_threshold')
     fields: typing.ClassVar[dict] = {'timeout': 's, > 0: silence after which the link is lost, default 0.5', 'max_age': 's, > 0: older messages are dropped, default 5', 'spike_threshold': 's, > 0: a message this much later than the fastest is a latency spike, default 0.1'}
     def __copy__(self) -> LinkMonitorParams:
         ...
@@ -579,6 +581,7 @@ class WorkspaceMapParams:
     How the device's workspace lies in the robot's.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('R_DB', 'p_cw', 'R_cw', 'scale')
     fields: typing.ClassVar[dict] = {'R_DB': '(3, 3), rotation from the robot base frame B to the device base frame D, default identity', 'p_cw': "(3,), m, in B: robot position at the device's home, default 0", 'R_cw': "(3, 3), R_BE at the device's home, default identity", 'scale': 'metres of the robot per metre of the device, > 0, default 2.5'}
     def __copy__(self) -> WorkspaceMapParams:
         ...
@@ -672,6 +675,7 @@ class WorkspaceLimitsParams:
     Where the robot proxy may go.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('shape', 'center', 'half_size', 'radius', 'half_height')
     fields: typing.ClassVar[dict] = {'shape': '"none", "box", "sphere" or "cylinder" (about B\'s z), default "none"', 'center': '(3,), m, in B, default 0', 'half_size': 'box: half of each side, (3,), m, >= 0, default 0.5', 'radius': 'sphere and cylinder: m, > 0, default 0.5', 'half_height': 'cylinder: m, >= 0, default 0.5'}
     def __copy__(self) -> WorkspaceLimitsParams:
         ...
@@ -756,6 +760,7 @@ class TrajectoryLimiterParams:
     Limits of the motion of the robot proxy, per axis of B.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('max_velocity', 'max_acceleration', 'max_angular_velocity', 'max_angular_acceleration', 'period')
     fields: typing.ClassVar[dict] = {'max_velocity': 'm/s, > 0, default 0.2', 'max_acceleration': 'm/s^2, > 0, default 10', 'max_angular_velocity': 'rad/s, > 0, default 1', 'max_angular_acceleration': 'rad/s^2, > 0, default 20', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> TrajectoryLimiterParams:
         ...
@@ -994,6 +999,7 @@ class PoseInterpolatorParams:
     Parameters of PoseInterpolator.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('max_interval')
     fields: typing.ClassVar[dict] = {'max_interval': 's, > 0, default 0.25: poses sent further apart are not joined'}
     def __copy__(self) -> PoseInterpolatorParams:
         ...
@@ -1029,6 +1035,7 @@ class RobotSideProxyParams:
     Parameters of the robot side of the dual proxy.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('map', 'workspace', 'limiter', 'link', 'interpolate', 'interpolator', 'stiffness', 'rotational_stiffness', 'max_force', 'max_moment', 'force_rate', 'moment_rate', 'max_motion_error', 'handover', 'period')
     fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose", 'interpolator': 'PoseInterpolatorParams', 'stiffness': 'k_vir_r, N/m, >= 0, default 500', 'rotational_stiffness': 'N m/rad, >= 0, default 10', 'max_force': 'N, >= 0, default 20', 'max_moment': 'N m, >= 0, default 2', 'force_rate': 'N/s, > 0, default 50', 'moment_rate': 'N m/s, > 0, default 10', 'max_motion_error': 'bound on |dx_m|, m, >= 0, 0 is none, default 0.012', 'handover': '"bumpless" (from the sensed force) or "printed" (from where it is): how the forces start in a new direction', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> RobotSideProxyParams:
         ...
@@ -1275,6 +1282,7 @@ class HapticSideProxyParams:
     Parameters of the haptic side of the dual proxy.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('map', 'link', 'stiffness', 'robot_stiffness', 'rotational_stiffness', 'max_force', 'max_moment', 'force_rate', 'moment_rate', 'period')
     fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams', 'link': 'LinkMonitorParams', 'stiffness': 'k_vir_h, N/m, >= 0; 0: force-matched, map.scale x robot_stiffness, default 0', 'robot_stiffness': 'k_vir_r of the robot side, N/m, >= 0, default 500', 'rotational_stiffness': 'N m/rad, >= 0, default 0.5', 'max_force': 'N, >= 0, default 12', 'max_moment': 'N m, >= 0; 0: moments off, default 0', 'force_rate': 'N/s, > 0, default 20', 'moment_rate': 'N m/s, > 0, default 1', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> HapticSideProxyParams:
         ...
@@ -1469,6 +1477,7 @@ class ForceSpaceParticleFilterThresholds:
     Corners of the force and the velocity ramp of the likelihood, eq. (6) and (7).
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('force_low', 'force_high', 'velocity_low', 'velocity_high')
     fields: typing.ClassVar[dict] = {'force_low': 'f_l, N, >= 0: below it a contact is ruled out, default 0', 'force_high': 'f_h, N, > force_low: above it the force speaks fully for it, default 3', 'velocity_low': 'v_l, m/s, >= 0: below it the velocity speaks fully for it, default 0.001', 'velocity_high': 'v_h, m/s, > velocity_low: above it a contact is ruled out, default 0.01'}
     def __copy__(self) -> ForceSpaceParticleFilterThresholds:
         ...
@@ -1528,6 +1537,7 @@ class ForceSpaceParticleFilterParams:
     Parameters of ForceSpaceParticleFilter; the defaults are the paper's where it gives a number.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles')
     fields: typing.ClassVar[dict] = {'num_particles': 'n_p, 2 to 100000, default 1000', 'period': 's, > 0, time between updates, default 1/15', 'likelihood': '"paper"', 'scatter_mean': 'mean of the scatter per axis and update, -1 to 1, default 0', 'scatter_std': 'standard deviation of the scatter per axis and update, 0 to 1, default 0.025', 'update_thresholds': 'weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s', 'resampling_thresholds': 'weigh every particle, default 0, 3 N, 0.001, 0.01 m/s', 'alpha_add': 'share of the largest singular value above which a direction is added, in (0, 1), default 0.5', 'alpha_remove': 'share below which it is removed, in (0, alpha_add], default 0.1', 'epsilon': 'vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6', 'prior_particles': 'particles that each prior normal adds to an update, 0 to 100000, default 50'}
     def __copy__(self) -> ForceSpaceParticleFilterParams:
         ...
@@ -1825,6 +1835,7 @@ class TimeDomainPassivityParams:
     Parameters of TimeDomainPassivity; for moments N m s/rad instead of N s/m.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('enabled', 'initial_energy', 'max_energy', 'max_damping', 'damping_margin', 'actuation_delay', 'period')
     fields: typing.ClassVar[dict] = {'enabled': 'false: energy is observed, nothing is injected; default true', 'initial_energy': 'J, [0, max_energy]: spent before damping begins, default 0.002', 'max_energy': 'J, > 0: cap of the observed energy, default 0.002', 'max_damping': 'N s/m, >= 0: injected when no energy is left, default 500', 'damping_margin': 'N s/m, [0, max_damping]: dissipation demanded on balance, default 150', 'actuation_delay': 'periods, 0 to 7: from command to its acting, default 1', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> TimeDomainPassivityParams:
         ...
@@ -2156,6 +2167,7 @@ class OperationalSpaceControllerParams:
     Parameters of OperationalSpaceController.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('position_stiffness', 'position_damping', 'rotation_stiffness', 'rotation_damping', 'force_gain', 'force_integral_gain', 'force_damping', 'max_integral_force', 'moment_gain', 'moment_integral_gain', 'moment_damping', 'max_integral_moment', 'force_filter_cutoff', 'feed_forward', 'selection_blend_time', 'passivity', 'force_passivity', 'moment_passivity', 'unit_mass_motion_force', 'q_rest', 'posture_stiffness', 'posture_damping', 'max_mass', 'characteristic_length', 'torque_limit', 'torque_rate_limit', 'period')
     fields: typing.ClassVar[dict] = {'position_stiffness': 'Kpm, 1/s^2, >= 0, default 500', 'position_damping': 'Kvm, 1/s, >= 0, default 40', 'rotation_stiffness': '1/s^2, >= 0, default 600', 'rotation_damping': '1/s, >= 0, default 38', 'force_gain': 'Kpf, >= 0, default 2.5', 'force_integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'force_damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': 'N, >= 0, default 10', 'moment_gain': '>= 0, default 2.5', 'moment_integral_gain': '1/s, >= 0, default 5.5', 'moment_damping': 'N m s/rad, >= 0, default 0.8', 'max_integral_moment': 'N m, >= 0, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100', 'feed_forward': "proxy's velocity and acceleration fed forward; false: as printed; default true", 'selection_blend_time': 's, >= 0; 0 switches at once, as printed; default 0.03', 'passivity': 'passivity controllers on; default true', 'force_passivity': 'of the force loop; its enabled and period are ignored', 'moment_passivity': 'of the moment loop; its enabled and period are ignored', 'unit_mass_motion_force': 'output motion_force is Lambda^-1 F_m; false: F_m as printed; default true', 'q_rest': '(7,), rad: posture in the null space', 'posture_stiffness': '1/s^2, >= 0, default 25', 'posture_damping': '1/s, >= 0, default 10', 'max_mass': 'kg, > 0: bound of the apparent mass, default 50', 'characteristic_length': 'm, > 0: turns inertia into mass for max_mass, default 0.2', 'torque_limit': '(7,), N m, > 0', 'torque_rate_limit': 'N m/s, > 0, default 1000', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> OperationalSpaceControllerParams:
         ...
@@ -2618,6 +2630,7 @@ class HapticControllerParams:
     Parameters of HapticController.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('force_damping', 'max_force', 'max_moment', 'period')
     fields: typing.ClassVar[dict] = {'force_damping': 'Kvf_h, N s/m, >= 0, default 27', 'max_force': 'N, >= 0, default 12', 'max_moment': 'N m, >= 0, default 0', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> HapticControllerParams:
         ...
@@ -2777,6 +2790,7 @@ class SimulatedHapticDeviceParams:
     Parameters of SimulatedHapticDevice; the defaults are an Omega.7 in a firm hand.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('hand_mass', 'hand_stiffness', 'hand_damping', 'device_mass', 'device_damping', 'max_force', 'workspace_radius', 'workspace_half_length', 'resolution', 'velocity_cutoff', 'period')
     fields: typing.ClassVar[dict] = {'hand_mass': 'kg, > 0, default 0.5', 'hand_stiffness': 'K, N/m, >= 0: pull to the intended position, default 600', 'hand_damping': 'B, N s/m, >= 0: pull to the intended velocity, default 30', 'device_mass': 'kg, > 0, at the handle, default 0.25', 'device_damping': 'N s/m, >= 0: friction of the device, default 1', 'max_force': 'N, >= 0: no larger force leaves the device, default 12', 'workspace_radius': 'm, > 0, about the x axis of D, default 0.08', 'workspace_half_length': 'm, > 0, along the x axis of D, default 0.055', 'resolution': 'm, >= 0: step of the position reading, default 1e-5', 'velocity_cutoff': 'Hz, >= 0: low-pass of the velocity reading (0: none), default 20', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> SimulatedHapticDeviceParams:
         ...
@@ -2956,6 +2970,7 @@ class ForceTorqueSensorParams:
     Parameters of ForceTorqueSensor.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('force_noise_std', 'moment_noise_std', 'force_bias', 'moment_bias', 'cutoff', 'tool_mass', 'tool_com', 'gravity', 'period')
     fields: typing.ClassVar[dict] = {'force_noise_std': 'N, >= 0, per axis and sample, default 0.2', 'moment_noise_std': 'N m, >= 0, per axis and sample, default 0.005', 'force_bias': '(3,), N, in S, default 0', 'moment_bias': '(3,), N m, in S, default 0', 'cutoff': "Hz, >= 0: the sensor's low-pass (0: none), default 0", 'tool_mass': 'kg, >= 0: mass beyond the sensor, whose weight is removed, default 0', 'tool_com': '(3,), m, in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0, along -z of B, default 9.81', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> ForceTorqueSensorParams:
         ...
@@ -3262,7 +3277,7 @@ class ContactSceneParams:
         up to 8 ContactSurfaceParams, default none; read as a tuple of copies
         """
     @surfaces.setter
-    def surfaces(self, arg1: collections.abc.Sequence[ContactSurfaceParams]) -> None:
+    def surfaces(self, arg1: typing.Any) -> None:
         ...
     @property
     def tool_radius(self) -> float:
@@ -3423,6 +3438,7 @@ class PositionForceHapticSideParams:
     Parameters of PositionForceHapticSide.
     """
     __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('map', 'link', 'force_scale', 'max_force')
     fields: typing.ClassVar[dict] = {'map': 'only its R_DB matters', 'link': 'link monitor', 'force_scale': "share of the robot's force that the hand feels, >= 0, default 0.4", 'max_force': 'bound on the force on the hand, N, >= 0, default 12'}
     def __copy__(self) -> PositionForceHapticSideParams:
         ...
@@ -3951,37 +3967,599 @@ class HapticSide:
     @property
     def params(self) -> HapticSideParams:
         ...
-def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], map: WorkspaceMapParams, delay: typing.SupportsFloat | typing.SupportsIndex, has_filter: bool, wall_s: typing.SupportsFloat | typing.SupportsIndex | None) -> list[tuple[str, None | bool | int | float]]:
+class ScenarioError(ValueError):
     """
-    [(key, value)] of every metric, in order.
-    
-    time: (n,), s. values: (n, m). signals: [(name, number of columns)].
+    A scenario is wrong; the message is one line that names the field.
     """
-def _map_device_positions(map: WorkspaceMapParams, x_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+class BoxParams:
     """
-    (n, 3), m, from D to B.
+    A box fixed in the world that the tool can touch.
     """
-def _metric_descriptions() -> list[tuple[str, str, str]]:
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('name', 'center', 'size', 'yaw', 'color')
+    fields: typing.ClassVar[dict] = {'name': 'unique within the scene', 'center': '(3,), m, in B', 'size': "(3,), m, full edge lengths along the box's axes, in [1e-4, 10]", 'yaw': 'rad, rotation of the box about base z, default 0', 'color': '(4,), red, green, blue, opacity, in [0, 1], default (0.80, 0.70, 0.56, 1)'}
+    def __copy__(self) -> BoxParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> BoxParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def center(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m, in B
+        """
+    @center.setter
+    def center(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def color(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (4,), red, green, blue, opacity, in [0, 1], default (0.80, 0.70, 0.56, 1)
+        """
+    @color.setter
+    def color(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def name(self) -> str:
+        """
+        unique within the scene
+        """
+    @name.setter
+    def name(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def size(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m, full edge lengths along the box's axes, in [1e-4, 10]
+        """
+    @size.setter
+    def size(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def yaw(self) -> float:
+        """
+        rad, rotation of the box about base z, default 0
+        """
+    @yaw.setter
+    def yaw(self, arg1: typing.Any) -> None:
+        ...
+class PandaSceneParams:
     """
-    [(key, unit, description)] of every metric, in order.
+    The simulated arm's surroundings and how contact is computed.
     """
-def _metrics_json(metrics: collections.abc.Sequence[tuple[str, None | bool | typing.SupportsInt | typing.SupportsIndex | typing.SupportsFloat | typing.SupportsIndex]]) -> str:
+    TIP_RADIUS: typing.ClassVar[float] = 0.01
+    TOOL_COM_S: typing.ClassVar[tuple] = (0.0, 0.0, 0.035)
+    TOOL_MASS: typing.ClassVar[float] = 0.2
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('table_height', 'table_center', 'table_size', 'boxes', 'friction', 'contact_stiffness', 'contact_dissipation', 'relaxation_time', 'contact_approximation', 'time_step', 'tool_mass', 'gravity', 'start_position')
+    fields: typing.ClassVar[dict] = {'table_height': "m, height of the table's top over B, in [1e-3, 1.5]; the table stands on z = 0; default 0.1", 'table_center': "(2,), m, x and y of the table's centre, default (0.5, 0)", 'table_size': '(2,), m, edge lengths along x and y, in [1e-3, 10], default (0.6, 0.8)', 'boxes': 'further BoxParams that the tool can touch (walls, steps)', 'friction': 'Coulomb coefficient between the tool and everything, in [0, 5], default 0.3', 'contact_stiffness': 'N/m, of tool and surface together, in [1, 1e8], default 3e4', 'contact_dissipation': 's/m, Hunt-Crossley coefficient d in f = k x (1 + d dx/dt), in [0, 1000]; for the approximations lagged and similar; default 10', 'relaxation_time': 's, linear dissipation in place of contact_dissipation for sap, in [0, 10], default 0.01', 'contact_approximation': '"lagged", "similar" or "sap": Drake\'s discrete contact approximation; the first two keep Coulomb\'s law without sap\'s gap of friction * time_step * slip; default "lagged"', 'time_step': "s, step of the plant, and period of both sides' control, in [1e-5, 1e-2], default 0.001", 'tool_mass': 'kg, of all that is beyond the flange, in [1e-3, 3]; the inertia scales with it; default 0.2', 'gravity': 'm/s^2, along -z of B, in [0, 100], default 9.81', 'start_position': '(3,), m, in B, of the tool point at time 0, in [-2, 2], default (0.45, 0, 0.18)'}
+    def __copy__(self) -> PandaSceneParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> PandaSceneParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def all_boxes(self) -> tuple:
+        """
+        The table followed by `boxes`, as BoxParams.
+        """
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def boxes(self) -> tuple:
+        """
+        further BoxParams that the tool can touch (walls, steps)
+        """
+    @boxes.setter
+    def boxes(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def contact_approximation(self) -> str:
+        """
+        "lagged", "similar" or "sap": Drake's discrete contact approximation; the first two keep Coulomb's law without sap's gap of friction * time_step * slip; default "lagged"
+        """
+    @contact_approximation.setter
+    def contact_approximation(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def contact_dissipation(self) -> float:
+        """
+        s/m, Hunt-Crossley coefficient d in f = k x (1 + d dx/dt), in [0, 1000]; for the approximations lagged and similar; default 10
+        """
+    @contact_dissipation.setter
+    def contact_dissipation(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def contact_height(self) -> float:
+        """
+        Height of the tool point when the tool touches the table, m.
+        """
+    @property
+    def contact_stiffness(self) -> float:
+        """
+        N/m, of tool and surface together, in [1, 1e8], default 3e4
+        """
+    @contact_stiffness.setter
+    def contact_stiffness(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def friction(self) -> float:
+        """
+        Coulomb coefficient between the tool and everything, in [0, 5], default 0.3
+        """
+    @friction.setter
+    def friction(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def gravity(self) -> float:
+        """
+        m/s^2, along -z of B, in [0, 100], default 9.81
+        """
+    @gravity.setter
+    def gravity(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def relaxation_time(self) -> float:
+        """
+        s, linear dissipation in place of contact_dissipation for sap, in [0, 10], default 0.01
+        """
+    @relaxation_time.setter
+    def relaxation_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def start_position(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m, in B, of the tool point at time 0, in [-2, 2], default (0.45, 0, 0.18)
+        """
+    @start_position.setter
+    def start_position(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def table_center(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (2,), m, x and y of the table's centre, default (0.5, 0)
+        """
+    @table_center.setter
+    def table_center(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def table_height(self) -> float:
+        """
+        m, height of the table's top over B, in [1e-3, 1.5]; the table stands on z = 0; default 0.1
+        """
+    @table_height.setter
+    def table_height(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def table_size(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (2,), m, edge lengths along x and y, in [1e-3, 10], default (0.6, 0.8)
+        """
+    @table_size.setter
+    def table_size(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def time_step(self) -> float:
+        """
+        s, step of the plant, and period of both sides' control, in [1e-5, 1e-2], default 0.001
+        """
+    @time_step.setter
+    def time_step(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tool_mass(self) -> float:
+        """
+        kg, of all that is beyond the flange, in [1e-3, 3]; the inertia scales with it; default 0.2
+        """
+    @tool_mass.setter
+    def tool_mass(self, arg1: typing.Any) -> None:
+        ...
+class LinkParams:
     """
-    The text of metrics.json for [(key, value)].
+    Both directions of the link alike; in a scenario the keys of all three stand directly in `link`.
     """
-def _normal_error_deg(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('rate', 'average', 'period', 'delay', 'jitter', 'loss', 'reordering', 'timeout', 'max_age', 'spike_threshold')
+    fields: typing.ClassVar[dict] = {'sender': 'PoseSenderParams', 'channel': 'CommunicationChannelParams', 'monitor': 'LinkMonitorParams'}
+    def __copy__(self) -> LinkParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> LinkParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def channel(self) -> CommunicationChannelParams:
+        """
+        CommunicationChannelParams
+        """
+    @channel.setter
+    def channel(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def delay(self) -> float:
+        """
+        One-way delay, s.
+        """
+    @property
+    def monitor(self) -> LinkMonitorParams:
+        """
+        LinkMonitorParams
+        """
+    @monitor.setter
+    def monitor(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def rate(self) -> float:
+        """
+        Messages per second.
+        """
+    @property
+    def sender(self) -> PoseSenderParams:
+        """
+        PoseSenderParams
+        """
+    @sender.setter
+    def sender(self, arg1: typing.Any) -> None:
+        ...
+class Waypoint:
     """
-    (n,), deg; the arguments are those of `_compute_metrics`.
+    A place to be at rest at a time.
     """
-def _place_recording(times: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"], start: typing.Any, contact_height: typing.SupportsFloat | typing.SupportsIndex, press_depth: typing.SupportsFloat | typing.SupportsIndex, reachable: collections.abc.Callable[[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]], bool]) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]]:
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('time', 'position')
+    fields: typing.ClassVar[dict] = {'time': 's, in [0, 3600]', 'position': '(3,), m, in B, in [-2, 2]'}
+    def __copy__(self) -> Waypoint:
+        ...
+    def __deepcopy__(self, memo: dict) -> Waypoint:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def position(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m, in B, in [-2, 2]
+        """
+    @position.setter
+    def position(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def time(self) -> float:
+        """
+        s, in [0, 3600]
+        """
+    @time.setter
+    def time(self, arg1: typing.Any) -> None:
+        ...
+class OperatorParams:
     """
-    (times (m,), positions (m, 3)). reachable: whether all of some points, (n, 3), can be
-    reached.
+    What the operator means to do, in the robot's frame B.
     """
-def _read_recording(path: str) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], numpy.typing.NDArray[numpy.float64] | None]:
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('waypoints', 'recording', 'press_depth')
+    fields: typing.ClassVar[dict] = {'waypoints': 'of Waypoint: minimum-jerk moves from each to the next; first at time 0', 'recording': 'CSV file of a human motion, in place of the waypoints; relative to the working directory', 'press_depth': "m, how far below first touch a recording's contact height goes, in [0, 0.1], default 0.04"}
+    def __copy__(self) -> OperatorParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> OperatorParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def press_depth(self) -> float:
+        """
+        m, how far below first touch a recording's contact height goes, in [0, 0.1], default 0.04
+        """
+    @press_depth.setter
+    def press_depth(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def recording(self) -> str:
+        """
+        CSV file of a human motion, in place of the waypoints; relative to the working directory
+        """
+    @recording.setter
+    def recording(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def waypoints(self) -> tuple:
+        """
+        of Waypoint: minimum-jerk moves from each to the next; first at time 0
+        """
+    @waypoints.setter
+    def waypoints(self, arg1: typing.Any) -> None:
+        ...
+class Scenario:
     """
-    (times (n,), positions (n, 3), rotations (n, 3, 3) or None).
+    The fields of a scenario. Use dual_proxy.Scenario, which adds mappings and YAML.
     """
+    LAWS: typing.ClassVar[tuple] = ('default', 'printed')
+    SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force')
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('description', 'robot', 'scheme', 'law', 'duration', 'extend_for_delay', 'seed', 'scene', 'map', 'link', 'robot_proxy', 'controller', 'filter', 'haptic_proxy', 'haptic_controller', 'position_force', 'device', 'sensor', 'operator', 'overrides')
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': '"panda"', 'scheme': '"dual_proxy" or "position_force", the two-channel baseline', 'law': '"default", this project\'s, or "printed", the paper\'s to the letter', 'duration': 's, in [0.001, 3600], default 20', 'extend_for_delay': "lengthen the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off; default true", 'seed': 'of everything random, >= 0, default 0', 'scene': 'PandaSceneParams', 'map': 'WorkspaceMapParams; its p_cw is a copy', 'link': 'LinkParams', 'robot_proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'filter': 'ForceSpaceParticleFilterParams', 'haptic_proxy': 'HapticSideProxyParams', 'haptic_controller': 'HapticControllerParams', 'position_force': 'PositionForceHapticSideParams', 'device': 'SimulatedHapticDeviceParams', 'sensor': 'ForceTorqueSensorParams', 'operator': 'OperatorParams'}
+    def __copy__(self) -> Scenario:
+        ...
+    def __deepcopy__(self, memo: dict) -> Scenario:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def _apply_presets(self) -> None:
+        """
+        Sets what `scheme` and `law` decide.
+        """
+    def _calc_operator_motion(self) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], bool]:
+        """
+        The path through the waypoints: times (n,), s; positions (n, 3), m, in B; whether it is sampled.
+        Raises ScenarioError if there is a recording.
+        """
+    def _calc_run_duration(self, motion_end: typing.SupportsFloat | typing.SupportsIndex) -> float:
+        """
+        How long a run lasts, s, from the end of the operator's path, s.
+        """
+    def _read(self, mapping: dict) -> None:
+        """
+        Reads what a YAML file has below the scenario's name; presets and overrides included.
+        Raises ScenarioError.
+        """
+    def _write(self) -> dict:
+        """
+        The mapping that _read() reads, without overrides.
+        """
+    def reachable(self, points: typing.Any) -> typing.Annotated[numpy.typing.NDArray[numpy.bool], "[m, 1]"]:
+        """
+        Tells which points, (n, 3), m, in B, the device can ask for: (n,) bool.
+        
+        They lie, mapped to the device, within 95 % of its workspace, and over the table. The set
+        is convex.
+        """
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def controller(self) -> OperationalSpaceControllerParams:
+        """
+        OperationalSpaceControllerParams
+        """
+    @controller.setter
+    def controller(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def description(self) -> str:
+        """
+        one line
+        """
+    @description.setter
+    def description(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def device(self) -> SimulatedHapticDeviceParams:
+        """
+        SimulatedHapticDeviceParams
+        """
+    @device.setter
+    def device(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def duration(self) -> float:
+        """
+        s, in [0.001, 3600], default 20
+        """
+    @duration.setter
+    def duration(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def extend_for_delay(self) -> bool:
+        """
+        lengthen the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off; default true
+        """
+    @extend_for_delay.setter
+    def extend_for_delay(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def filter(self) -> ForceSpaceParticleFilterParams:
+        """
+        ForceSpaceParticleFilterParams
+        """
+    @filter.setter
+    def filter(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def haptic_controller(self) -> HapticControllerParams:
+        """
+        HapticControllerParams
+        """
+    @haptic_controller.setter
+    def haptic_controller(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def haptic_proxy(self) -> HapticSideProxyParams:
+        """
+        HapticSideProxyParams
+        """
+    @haptic_proxy.setter
+    def haptic_proxy(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def law(self) -> str:
+        """
+        "default", this project's, or "printed", the paper's to the letter
+        """
+    @law.setter
+    def law(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def link(self) -> LinkParams:
+        """
+        LinkParams
+        """
+    @link.setter
+    def link(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def map(self) -> WorkspaceMapParams:
+        """
+        WorkspaceMapParams; its p_cw is a copy
+        """
+    @map.setter
+    def map(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def name(self) -> str:
+        """
+        top-level key of the YAML file
+        """
+    @name.setter
+    def name(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def operator(self) -> OperatorParams:
+        """
+        OperatorParams
+        """
+    @operator.setter
+    def operator(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def position_force(self) -> PositionForceHapticSideParams:
+        """
+        PositionForceHapticSideParams
+        """
+    @position_force.setter
+    def position_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def robot(self) -> str:
+        """
+        "panda"
+        """
+    @robot.setter
+    def robot(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def robot_proxy(self) -> RobotSideProxyParams:
+        """
+        RobotSideProxyParams
+        """
+    @robot_proxy.setter
+    def robot_proxy(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def scene(self) -> PandaSceneParams:
+        """
+        PandaSceneParams
+        """
+    @scene.setter
+    def scene(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def scheme(self) -> str:
+        """
+        "dual_proxy" or "position_force", the two-channel baseline
+        """
+    @scheme.setter
+    def scheme(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def seed(self) -> int:
+        """
+        of everything random, >= 0, default 0
+        """
+    @seed.setter
+    def seed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def sensor(self) -> ForceTorqueSensorParams:
+        """
+        ForceTorqueSensorParams
+        """
+    @sensor.setter
+    def sensor(self, arg1: typing.Any) -> None:
+        ...
 def calc_operational_space_inertia(jacobian: typing.Any, mass: typing.Any, max_mass: typing.SupportsFloat | typing.SupportsIndex = 50.0, length: typing.SupportsFloat | typing.SupportsIndex = 0.2) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"], bool]:
     """
     Returns (Lambda, singular): (J A^-1 J^T)^-1 bounded, (6, 6), in B, and whether the bound acted.
@@ -3994,4 +4572,3 @@ def saturate(value: typing.Any, max_norm: typing.SupportsFloat | typing.Supports
     """
     `value` (3,) shortened to `max_norm` if it is longer.
     """
-_RECORDING_MOVE_TIME: float = 2.0

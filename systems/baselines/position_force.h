@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "dual_proxy/common/serialize.h"
 #include "dual_proxy/link/link_monitor.h"
 #include "dual_proxy/link/message.h"
 #include "dual_proxy/proxy/workspace_map.h"
@@ -22,6 +23,15 @@ struct PositionForceHapticSideParams {
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("map", &map));
+    a->Visit(MakeNameValue("link", &link));
+    a->Visit(MakeNameValue("force_scale", &force_scale));
+    a->Visit(MakeNameValue("max_force", &max_force));
+  }
 };
 
 /** State and output of PositionForceHapticSide. */

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <sstream>
-#include <stdexcept>
 #include <string>
 
 #include <Eigen/LU>
@@ -14,10 +13,9 @@ namespace {
 template <typename Value>
 [[noreturn]] void Throw(const char* who, const char* field,
                         const std::string& expected, const Value& got) {
-  std::ostringstream message;
-  message << who << ": field `" << field << "` expected " << expected
-          << ", got " << got;
-  throw std::invalid_argument(message.str());
+  std::ostringstream problem;
+  problem << "expected " << expected << ", got " << got;
+  throw InvalidField(who, field, problem.str());
 }
 
 const Eigen::IOFormat& OneLine() {
@@ -32,8 +30,18 @@ void ThrowUnlessInRange(const char* who, const char* field, double value,
                         double low, double high) {
   if (std::isfinite(value) && value >= low && value <= high) return;
   std::ostringstream expected;
-  expected << "a value in [" << low << ", " << high << "]";
+  expected << "a number in [" << low << ", " << high << "]";
   Throw(who, field, expected.str(), value);
+}
+
+void ThrowUnlessAllInRange(const char* who, const char* field,
+                           const Eigen::Ref<const Eigen::VectorXd>& values,
+                           double low, double high) {
+  for (int i = 0; i < values.size(); ++i) {
+    std::string entry = field;
+    entry.append("[").append(std::to_string(i)).append("]");
+    ThrowUnlessInRange(who, entry.c_str(), values(i), low, high);
+  }
 }
 
 void ThrowUnlessPositive(const char* who, const char* field, double value) {

@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <cstdint>
 
+#include "dual_proxy/common/serialize.h"
+
 namespace dual_proxy {
 
 /** Parameters of HapticController. */
@@ -16,6 +18,15 @@ struct HapticControllerParams {
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("force_damping", &force_damping));
+    a->Visit(MakeNameValue("max_force", &max_force));
+    a->Visit(MakeNameValue("max_moment", &max_moment));
+    a->Visit(MakeNameValue("period", &period));
+  }
 };
 
 /** Memory of HapticController. */

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
+#include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/force_loop.h"
 #include "dual_proxy/control/model_terms.h"
 #include "dual_proxy/control/passivity_controller.h"
@@ -73,6 +74,38 @@ struct OperationalSpaceControllerParams {
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("position_stiffness", &position_stiffness));
+    a->Visit(MakeNameValue("position_damping", &position_damping));
+    a->Visit(MakeNameValue("rotation_stiffness", &rotation_stiffness));
+    a->Visit(MakeNameValue("rotation_damping", &rotation_damping));
+    a->Visit(MakeNameValue("force_gain", &force_gain));
+    a->Visit(MakeNameValue("force_integral_gain", &force_integral_gain));
+    a->Visit(MakeNameValue("force_damping", &force_damping));
+    a->Visit(MakeNameValue("max_integral_force", &max_integral_force));
+    a->Visit(MakeNameValue("moment_gain", &moment_gain));
+    a->Visit(MakeNameValue("moment_integral_gain", &moment_integral_gain));
+    a->Visit(MakeNameValue("moment_damping", &moment_damping));
+    a->Visit(MakeNameValue("max_integral_moment", &max_integral_moment));
+    a->Visit(MakeNameValue("force_filter_cutoff", &force_filter_cutoff));
+    a->Visit(MakeNameValue("feed_forward", &feed_forward));
+    a->Visit(MakeNameValue("selection_blend_time", &selection_blend_time));
+    a->Visit(MakeNameValue("passivity", &passivity));
+    a->Visit(MakeNameValue("force_passivity", &force_passivity));
+    a->Visit(MakeNameValue("moment_passivity", &moment_passivity));
+    a->Visit(MakeNameValue("unit_mass_motion_force", &unit_mass_motion_force));
+    a->Visit(MakeNameValue("q_rest", &q_rest));
+    a->Visit(MakeNameValue("posture_stiffness", &posture_stiffness));
+    a->Visit(MakeNameValue("posture_damping", &posture_damping));
+    a->Visit(MakeNameValue("max_mass", &max_mass));
+    a->Visit(MakeNameValue("characteristic_length", &characteristic_length));
+    a->Visit(MakeNameValue("torque_limit", &torque_limit));
+    a->Visit(MakeNameValue("torque_rate_limit", &torque_rate_limit));
+    a->Visit(MakeNameValue("period", &period));
+  }
 };
 
 /** Operational-space quantities of one configuration. */

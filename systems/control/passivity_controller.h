@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <array>
 
+#include "dual_proxy/common/serialize.h"
+
 namespace dual_proxy {
 
 /** Parameters of TimeDomainPassivity, for a force port (N, m/s) or, with the
@@ -36,6 +38,18 @@ struct TimeDomainPassivityParams {
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("enabled", &enabled));
+    a->Visit(MakeNameValue("initial_energy", &initial_energy));
+    a->Visit(MakeNameValue("max_energy", &max_energy));
+    a->Visit(MakeNameValue("max_damping", &max_damping));
+    a->Visit(MakeNameValue("damping_margin", &damping_margin));
+    a->Visit(MakeNameValue("actuation_delay", &actuation_delay));
+    a->Visit(MakeNameValue("period", &period));
+  }
 };
 
 /** Memory of TimeDomainPassivity. */

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dual_proxy/common/random.h"
+#include "dual_proxy/common/serialize.h"
 #include "dual_proxy/link/message.h"
 
 namespace dual_proxy {
@@ -26,6 +27,15 @@ struct CommunicationChannelParams {
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("delay", &delay));
+    a->Visit(MakeNameValue("jitter", &jitter));
+    a->Visit(MakeNameValue("loss", &loss));
+    a->Visit(MakeNameValue("reordering", &reordering));
+  }
 };
 
 /** The messages under way, in the order sent, in memory that is allocated once.

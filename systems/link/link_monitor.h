@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "dual_proxy/common/serialize.h"
+
 namespace dual_proxy {
 
 /** What a receiver knows about its link. */
@@ -29,6 +31,14 @@ struct LinkMonitorParams {
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("timeout", &timeout));
+    a->Visit(MakeNameValue("max_age", &max_age));
+    a->Visit(MakeNameValue("spike_threshold", &spike_threshold));
+  }
 };
 
 /** State and counters of a LinkMonitor. */

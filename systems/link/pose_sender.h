@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "dual_proxy/common/pose.h"
+#include "dual_proxy/common/serialize.h"
 #include "dual_proxy/link/message.h"
 
 namespace dual_proxy {
@@ -24,6 +25,14 @@ struct PoseSenderParams {
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("rate", &rate));
+    a->Visit(MakeNameValue("average", &average));
+    a->Visit(MakeNameValue("period", &period));
+  }
 };
 
 /** Memory of a sender; `message` is the newest message to be sent. */

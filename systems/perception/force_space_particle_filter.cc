@@ -95,10 +95,10 @@ void ForceSpaceParticleFilterParams::Validate() const {
   update_thresholds.Validate();
   resampling_thresholds.Validate();
   if (!(alpha_add > 0 && alpha_add < 1)) {
-    ThrowInvalidField(kWho, "alpha_add", "a value in (0, 1)", alpha_add);
+    ThrowInvalidField(kWho, "alpha_add", "a number in (0, 1)", alpha_add);
   }
   if (!(alpha_remove > 0 && alpha_remove <= alpha_add)) {
-    ThrowInvalidField(kWho, "alpha_remove", "a value in (0, alpha_add]",
+    ThrowInvalidField(kWho, "alpha_remove", "a number in (0, alpha_add]",
                       alpha_remove);
   }
   ThrowUnlessInRange(kWho, "epsilon", epsilon, 1e-12, 0.1);

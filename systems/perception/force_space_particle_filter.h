@@ -3,14 +3,23 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <utility>
 
+#include "dual_proxy/common/enum_strings.h"
 #include "dual_proxy/common/random.h"
+#include "dual_proxy/common/serialize.h"
 
 namespace dual_proxy {
 
 /** How a particle's weight is computed. */
 enum class Likelihood {
   kPaper,  ///< Product of a force and a velocity ramp, eq. (6)-(8).
+};
+
+template <>
+struct EnumStrings<Likelihood> {
+  static constexpr std::pair<Likelihood, const char*> kValues[] = {
+      {Likelihood::kPaper, "paper"}};
 };
 
 /** Corners of the two ramps of the likelihood, eq. (6) and (7). */
@@ -26,6 +35,15 @@ struct ForceSpaceParticleFilterThresholds {
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("force_low", &force_low));
+    a->Visit(MakeNameValue("force_high", &force_high));
+    a->Visit(MakeNameValue("velocity_low", &velocity_low));
+    a->Visit(MakeNameValue("velocity_high", &velocity_high));
+  }
 };
 
 /** Parameters of ForceSpaceParticleFilter; the defaults are the paper's
@@ -62,6 +80,22 @@ struct ForceSpaceParticleFilterParams {
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("num_particles", &num_particles));
+    a->Visit(MakeNameValue("period", &period));
+    VisitEnum(a, "ForceSpaceParticleFilterParams", "likelihood", &likelihood);
+    a->Visit(MakeNameValue("scatter_mean", &scatter_mean));
+    a->Visit(MakeNameValue("scatter_std", &scatter_std));
+    a->Visit(MakeNameValue("update_thresholds", &update_thresholds));
+    a->Visit(MakeNameValue("resampling_thresholds", &resampling_thresholds));
+    a->Visit(MakeNameValue("alpha_add", &alpha_add));
+    a->Visit(MakeNameValue("alpha_remove", &alpha_remove));
+    a->Visit(MakeNameValue("epsilon", &epsilon));
+    a->Visit(MakeNameValue("prior_particles", &prior_particles));
+  }
 };
 
 /** What an update came to. */
@@ -69,6 +103,14 @@ enum class FilterStatus {
   kOk,
   kBadInput,        ///< Refused: not finite, or its square overflows.
   kAllWeightsZero,  ///< Nothing is likely; moved particles kept, and counted.
+};
+
+template <>
+struct EnumStrings<FilterStatus> {
+  static constexpr std::pair<FilterStatus, const char*> kValues[] = {
+      {FilterStatus::kOk, "ok"},
+      {FilterStatus::kBadInput, "bad_input"},
+      {FilterStatus::kAllWeightsZero, "all_weights_zero"}};
 };
 
 /** What the filter remembers, and its result. Made by MakeState(); copyable,

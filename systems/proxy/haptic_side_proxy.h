@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "dual_proxy/common/pose.h"
+#include "dual_proxy/common/serialize.h"
 #include "dual_proxy/link/link_monitor.h"
 #include "dual_proxy/link/message.h"
 #include "dual_proxy/proxy/virtual_spring.h"
@@ -33,6 +34,21 @@ struct HapticSideProxyParams {
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("map", &map));
+    a->Visit(MakeNameValue("link", &link));
+    a->Visit(MakeNameValue("stiffness", &stiffness));
+    a->Visit(MakeNameValue("robot_stiffness", &robot_stiffness));
+    a->Visit(MakeNameValue("rotational_stiffness", &rotational_stiffness));
+    a->Visit(MakeNameValue("max_force", &max_force));
+    a->Visit(MakeNameValue("max_moment", &max_moment));
+    a->Visit(MakeNameValue("force_rate", &force_rate));
+    a->Visit(MakeNameValue("moment_rate", &moment_rate));
+    a->Visit(MakeNameValue("period", &period));
+  }
 };
 
 struct HapticSideProxyInput {

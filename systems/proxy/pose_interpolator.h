@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "dual_proxy/common/pose.h"
+#include "dual_proxy/common/serialize.h"
 
 namespace dual_proxy {
 
@@ -15,6 +16,12 @@ struct PoseInterpolatorParams {
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("max_interval", &max_interval));
+  }
 };
 
 /** A pose and how it moves. */

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "dual_proxy/common/pose.h"
+#include "dual_proxy/common/serialize.h"
 
 namespace dual_proxy {
 
@@ -24,6 +25,17 @@ struct TrajectoryLimiterParams {
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("max_velocity", &max_velocity));
+    a->Visit(MakeNameValue("max_acceleration", &max_acceleration));
+    a->Visit(MakeNameValue("max_angular_velocity", &max_angular_velocity));
+    a->Visit(
+        MakeNameValue("max_angular_acceleration", &max_angular_acceleration));
+    a->Visit(MakeNameValue("period", &period));
+  }
 };
 
 /** The limited motion: what the robot is to follow. All in B. */

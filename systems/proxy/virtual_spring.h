@@ -2,8 +2,11 @@
 #pragma once
 
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Core>
+
+#include "dual_proxy/common/enum_strings.h"
 
 namespace dual_proxy {
 
@@ -15,6 +18,12 @@ enum class Handover {
   kPrinted,
   /// It starts from the force that is sensed there.
   kBumpless,
+};
+
+template <>
+struct EnumStrings<Handover> {
+  static constexpr std::pair<Handover, const char*> kValues[] = {
+      {Handover::kPrinted, "printed"}, {Handover::kBumpless, "bumpless"}};
 };
 
 /** Parameters of a VirtualSpring; of forces, or with N m and rad of moments. */

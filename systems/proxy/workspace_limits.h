@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <utility>
+
 #include <Eigen/Core>
+
+#include "dual_proxy/common/enum_strings.h"
+#include "dual_proxy/common/serialize.h"
 
 namespace dual_proxy {
 
@@ -26,6 +31,26 @@ struct WorkspaceLimitsParams {
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    VisitEnum(a, "WorkspaceLimitsParams", "shape", &shape);
+    a->Visit(MakeNameValue("center", &center));
+    a->Visit(MakeNameValue("half_size", &half_size));
+    a->Visit(MakeNameValue("radius", &radius));
+    a->Visit(MakeNameValue("half_height", &half_height));
+  }
+};
+
+template <>
+struct EnumStrings<WorkspaceLimitsParams::Shape> {
+  using Shape = WorkspaceLimitsParams::Shape;
+  static constexpr std::pair<Shape, const char*> kValues[] = {
+      {Shape::kNone, "none"},
+      {Shape::kBox, "box"},
+      {Shape::kSphere, "sphere"},
+      {Shape::kCylinder, "cylinder"}};
 };
 
 /** Keeps positions inside a convex workspace. */

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "dual_proxy/common/pose.h"
+#include "dual_proxy/common/serialize.h"
 
 namespace dual_proxy {
 
@@ -21,6 +22,15 @@ struct WorkspaceMapParams {
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("R_DB", &R_DB));
+    a->Visit(MakeNameValue("p_cw", &p_cw));
+    a->Visit(MakeNameValue("R_cw", &R_cw));
+    a->Visit(MakeNameValue("scale", &scale));
+  }
 };
 
 /** The map between the device's and the robot's workspace, eq. (1)-(3):

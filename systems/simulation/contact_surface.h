@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <utility>
+
 #include <Eigen/Core>
+
+#include "dual_proxy/common/enum_strings.h"
 
 namespace dual_proxy {
 
@@ -10,6 +14,14 @@ enum class SurfaceShape {
   kPlane,     ///< Solid where z < 0.
   kCylinder,  ///< Solid within `radius` of the x axis; endless.
   kBox,       ///< Solid within +- half_size: a block, a step, an outer edge.
+};
+
+template <>
+struct EnumStrings<SurfaceShape> {
+  static constexpr std::pair<SurfaceShape, const char*> kValues[] = {
+      {SurfaceShape::kPlane, "plane"},
+      {SurfaceShape::kCylinder, "cylinder"},
+      {SurfaceShape::kBox, "box"}};
 };
 
 /** Parameters of ContactSurface. */

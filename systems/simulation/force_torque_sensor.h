@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "dual_proxy/common/random.h"
+#include "dual_proxy/common/serialize.h"
 
 namespace dual_proxy {
 
@@ -29,6 +30,20 @@ struct ForceTorqueSensorParams {
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("force_noise_std", &force_noise_std));
+    a->Visit(MakeNameValue("moment_noise_std", &moment_noise_std));
+    a->Visit(MakeNameValue("force_bias", &force_bias));
+    a->Visit(MakeNameValue("moment_bias", &moment_bias));
+    a->Visit(MakeNameValue("cutoff", &cutoff));
+    a->Visit(MakeNameValue("tool_mass", &tool_mass));
+    a->Visit(MakeNameValue("tool_com", &tool_com));
+    a->Visit(MakeNameValue("gravity", &gravity));
+    a->Visit(MakeNameValue("period", &period));
+  }
 };
 
 /** What the sensor remembers, and its last output. */

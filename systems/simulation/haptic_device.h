@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "dual_proxy/common/pose.h"
+#include "dual_proxy/common/serialize.h"
 
 namespace dual_proxy {
 
@@ -38,6 +39,22 @@ struct SimulatedHapticDeviceParams {
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("hand_mass", &hand_mass));
+    a->Visit(MakeNameValue("hand_stiffness", &hand_stiffness));
+    a->Visit(MakeNameValue("hand_damping", &hand_damping));
+    a->Visit(MakeNameValue("device_mass", &device_mass));
+    a->Visit(MakeNameValue("device_damping", &device_damping));
+    a->Visit(MakeNameValue("max_force", &max_force));
+    a->Visit(MakeNameValue("workspace_radius", &workspace_radius));
+    a->Visit(MakeNameValue("workspace_half_length", &workspace_half_length));
+    a->Visit(MakeNameValue("resolution", &resolution));
+    a->Visit(MakeNameValue("velocity_cutoff", &velocity_cutoff));
+    a->Visit(MakeNameValue("period", &period));
+  }
 };
 
 /** What the simulated hand and device remember, and what the driver reads. */

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <utility>
+
 #include <Eigen/Core>
+
+#include "dual_proxy/common/enum_strings.h"
 
 namespace dual_proxy {
 
@@ -10,6 +14,14 @@ enum class PathInterpolation {
   kMinimumJerk,  ///< From rest to rest, as a person moves between places.
   kLinear,       ///< Straight, at constant speed.
   kCubic,        ///< Smooth velocity through all points: for recorded motion.
+};
+
+template <>
+struct EnumStrings<PathInterpolation> {
+  static constexpr std::pair<PathInterpolation, const char*> kValues[] = {
+      {PathInterpolation::kMinimumJerk, "minimum_jerk"},
+      {PathInterpolation::kLinear, "linear"},
+      {PathInterpolation::kCubic, "cubic"}};
 };
 
 /** Parameters of OperatorPath. */

@@ -14,11 +14,31 @@ namespace {
 TEST(ValidateTest, MessageNamesWhoFieldRangeAndValue) {
   EXPECT_EQ(
       InvalidArgument([] { ThrowUnlessInRange("Who", "field", 3, 0, 2); }),
-      "Who: field `field` expected a value in [0, 2], got 3");
+      "Who: field `field` expected a number in [0, 2], got 3");
   EXPECT_EQ(InvalidArgument([] { ThrowUnlessPositive("Who", "field", 0); }),
             "Who: field `field` expected a finite value > 0, got 0");
   EXPECT_EQ(InvalidArgument([] { ThrowUnlessNonNegative("Who", "field", -1); }),
             "Who: field `field` expected a finite value >= 0, got -1");
+}
+
+TEST(ValidateTest, ErrorHasItsParts) {
+  try {
+    ThrowUnlessPositive("Who", "field", 0);
+    FAIL();
+  } catch (const InvalidField& error) {
+    EXPECT_EQ(error.field(), "field");
+    EXPECT_EQ(error.problem(), "expected a finite value > 0, got 0");
+  }
+}
+
+TEST(ValidateTest, EntryOutOfRangeIsNamed) {
+  EXPECT_NO_THROW(
+      ThrowUnlessAllInRange("Who", "field", Eigen::Vector2d(0, 2), 0, 2));
+  EXPECT_EQ(InvalidArgument([] {
+              ThrowUnlessAllInRange("Who", "field", Eigen::Vector3d(0, 3, -1),
+                                    0, 2);
+            }),
+            "Who: field `field[1]` expected a number in [0, 2], got 3");
 }
 
 TEST(ValidateTest, BoundsAreInclusiveAndNanIsNeverInRange) {

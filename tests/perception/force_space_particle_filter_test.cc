@@ -381,21 +381,22 @@ TEST(ForceSpaceParticleFilterParamsTest, ErrorsNameFieldRangeAndValue) {
   const std::string who_thresholds =
       "ForceSpaceParticleFilterThresholds: field ";
   EXPECT_EQ(error([](Params* p) { p->num_particles = 1; }),
-            who + "`num_particles` expected a value in [2, 100000], got 1");
+            who + "`num_particles` expected a number in [2, 100000], got 1");
   EXPECT_EQ(error([](Params* p) { p->period = 0; }),
             who + "`period` expected a finite value > 0, got 0");
   EXPECT_EQ(error([](Params* p) { p->scatter_mean = 2; }),
-            who + "`scatter_mean` expected a value in [-1, 1], got 2");
+            who + "`scatter_mean` expected a number in [-1, 1], got 2");
   EXPECT_EQ(error([](Params* p) { p->scatter_std = kNan; }),
-            who + "`scatter_std` expected a value in [0, 1], got nan");
+            who + "`scatter_std` expected a number in [0, 1], got nan");
   EXPECT_EQ(error([](Params* p) { p->alpha_add = 1; }),
-            who + "`alpha_add` expected a value in (0, 1), got 1");
-  EXPECT_EQ(error([](Params* p) { p->alpha_remove = 0.6; }),
-            who + "`alpha_remove` expected a value in (0, alpha_add], got 0.6");
+            who + "`alpha_add` expected a number in (0, 1), got 1");
+  EXPECT_EQ(
+      error([](Params* p) { p->alpha_remove = 0.6; }),
+      who + "`alpha_remove` expected a number in (0, alpha_add], got 0.6");
   EXPECT_EQ(error([](Params* p) { p->epsilon = 0; }),
-            who + "`epsilon` expected a value in [1e-12, 0.1], got 0");
+            who + "`epsilon` expected a number in [1e-12, 0.1], got 0");
   EXPECT_EQ(error([](Params* p) { p->prior_particles = -1; }),
-            who + "`prior_particles` expected a value in [0, 100000], got -1");
+            who + "`prior_particles` expected a number in [0, 100000], got -1");
   EXPECT_EQ(
       error([](Params* p) { p->update_thresholds.force_high = 3; }),
       who_thresholds + "`force_high` expected a value > force_low, got 3");

@@ -384,7 +384,7 @@ def test_params():
     with pytest.raises(TypeError, match="num_particle"):
         dp.ForceSpaceParticleFilterParams(num_particle=3)
     with pytest.raises(
-        ValueError, match=r"`num_particles` expected a value in \[2, 100000\], got 0"
+        ValueError, match=r"`num_particles` expected a number in \[2, 100000\], got 0"
     ):
         dp.ForceSpaceParticleFilterParams(num_particles=0)
     with pytest.raises(ValueError, match=r"`likelihood` expected one of \"paper\""):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import copy
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -110,9 +111,15 @@ def test_loading_and_overriding_leave_the_original_alone(plane):
     before = plane.to_yaml()
     plane.with_overrides({"link.delay": 0.3, "law": "printed"})
     assert plane.to_yaml() == before
-    twin = copy.deepcopy(plane)
-    twin.controller.force_gain = 1.0
-    assert plane.controller.force_gain == 2.5
+    for twin in (
+        copy.deepcopy(plane),
+        copy.copy(plane),
+        pickle.loads(pickle.dumps(plane)),
+    ):
+        assert type(twin) is Scenario
+        assert twin == plane
+        twin.controller.force_gain = 1.0
+        assert plane.controller.force_gain == 2.5
 
 
 def test_shared_values_are_written_once(plane):
@@ -168,10 +175,20 @@ def test_shared_values_are_written_once(plane):
         ("link", [1], r"plane.link: expected a mapping, got \[1\]"),
         ("seed", 1.5, "plane.seed: expected an integer, got 1.5"),
         ("seed", -1, "plane.seed: expected a number in"),
+        ("seed", 2**63, "plane.seed: expected an integer of 64 bits"),
         ("duration", 0, "plane.duration: expected a number in"),
-        ("scheme", "magic", "plane.scheme: expected one of dual_proxy, position_force"),
-        ("law", "murphy", "plane.law: expected one of default, printed, got 'murphy'"),
-        ("robot", "ur5", "plane.robot: expected one of panda"),
+        (
+            "scheme",
+            "magic",
+            'plane.scheme: expected one of "dual_proxy", "position_force", got "magic"',
+        ),
+        (
+            "law",
+            "murphy",
+            'plane.law: expected one of "default", "printed", got "murphy"',
+        ),
+        ("law", 3, "plane.law: expected a string, got 3"),
+        ("robot", "ur5", 'plane.robot: expected one of "panda"'),
         ("map.R_cw", [[1, 0, 0]], "plane.map.R_cw: expected 3 x 3 numbers"),
         ("map.R_cw", [[1, 0, 0]] * 3, "plane.map.R_cw: expected a rotation matrix"),
         (
@@ -188,8 +205,19 @@ def test_shared_values_are_written_once(plane):
         ("filter.period", 1e-5, "plane.filter.period: expected"),
         ("scene.friction", -1, r"plane.scene.friction: expected a number in \[0, 5\]"),
         ("scene.table_size", [1, 0], r"plane.scene.table_size\[1\]: expected a number"),
-        ("scene.contact_approximation", "x", "expected one of lagged, similar, sap"),
-        ("scene.boxes", [{"name": "a"}], r"plane.scene.boxes\[0\]: missing key"),
+        (
+            "scene.contact_approximation",
+            "x",
+            'plane.scene.contact_approximation: expected one of "lagged", "similar", '
+            '"sap", got "x"',
+        ),
+        (
+            "scene.boxes",
+            [{"name": "a"}],
+            r"plane.scene.boxes\[0\]: missing key 'center'",
+        ),
+        ("scene.boxes", [{"nam": "a"}], r"plane.scene.boxes\[0\]: unknown key 'nam', "),
+        ("scene.boxes", [3], r"plane.scene.boxes\[0\]: expected a mapping, got 3"),
         ("scene.boxes", 3, "plane.scene.boxes: expected a list, got 3"),
         ("map.p_cw", [0, 0, 0], "is taken from plane.scene.start_position"),
         ("robot_proxy.map.scale", 1, "robot_proxy.map.scale: is taken from plane.map"),
@@ -209,6 +237,22 @@ def test_wrong_values_set_in_python_are_found_by_validate(plane):
         plane.validate()
     with pytest.raises(AttributeError):
         plane.dleay = 1
+    with pytest.raises(TypeError, match="`recording` expected a string, got b'x'"):
+        plane.operator.recording = b"x"
+    with pytest.raises(TypeError, match="`boxes` expected a list, got 3"):
+        plane.scene.boxes = 3
+    with pytest.raises(TypeError, match="`waypoints` expected Waypoint, got 3"):
+        plane.operator.waypoints = [3]
+
+
+def test_lists_are_changed_by_assigning_the_whole(plane):
+    first, *rest = plane.operator.waypoints
+    first.position = [0.45, 0.01, 0.48]
+    assert plane.operator.waypoints[0].position[1] == 0.0
+    plane.operator.waypoints = [first, *rest]
+    assert plane.operator.waypoints[0].position[1] == 0.01
+    with pytest.raises(AttributeError):
+        plane.operator.waypoints.append(first)
 
 
 @pytest.mark.parametrize(
@@ -236,7 +280,10 @@ def test_waypoints_are_checked(plane, points, message):
         ("a:\n  1: 2\n", "key 1 is not a string"),
         ("a: 3\n", "a: expected a mapping, got 3"),
         ("a:\n  overrides: 3\n", "a.overrides: expected a mapping"),
-        ("a:\n  overrides: {law: printed}\n", "set a.law instead"),
+        ("a:\n  overrides: {law: printed}\n", "a.overrides.law: set a.law instead"),
+        ("a:\n  overrides: {link: {dely: 1}}\n", "a.link: unknown key 'dely', did"),
+        ("a:\n  overrides: {device: {period: 1}}\n", "a.device.period: is taken from"),
+        ("a:\n  overrides: {link.delay: 1}\n", "a: unknown key 'link.delay'"),
         ("a: !!python/object:os.system {}\n", "x.yaml, line 1"),
     ],
 )
@@ -272,6 +319,16 @@ def test_baseline_has_its_own_gains_and_gives_them_back(plane):
     assert dut.controller.position_damping == 20.0
     assert dut.robot_proxy.max_motion_error == 0.0
     assert dut.with_overrides({"scheme": "dual_proxy"}) == plane
+    twin = pickle.loads(pickle.dumps(dut))
+    assert twin.with_overrides({"scheme": "dual_proxy"}) == plane
+
+
+def test_overrides_of_one_section_add_up(plane):
+    dut = plane.with_overrides({"law": "printed", "controller.passivity": True})
+    dut = dut.with_overrides({"controller": {"feed_forward": True}, "link.delay": 0.1})
+    dut = dut.with_overrides({"link": {"jitter": 0.01}})
+    assert (dut.controller.passivity, dut.controller.feed_forward) == (True, True)
+    assert (dut.link.delay, dut.link.channel.jitter) == (0.1, 0.01)
 
 
 def test_overrides_win_over_presets_in_any_order_and_in_files(plane, tmp_path):
@@ -281,7 +338,7 @@ def test_overrides_win_over_presets_in_any_order_and_in_files(plane, tmp_path):
     again = load_text(tmp_path, dut.to_yaml())
     assert again == dut
     assert yaml.safe_load(dut.to_yaml())["plane"]["overrides"] == {
-        "controller.feed_forward": True
+        "controller": {"feed_forward": True}
     }
     assert again.with_overrides({"link.delay": 1}).controller.feed_forward is True
 

@@ -109,7 +109,7 @@ TEST(PointRobotTest, ErrorsNameFieldRangeAndValue) {
   params = {};
   params.substeps = 0;
   EXPECT_EQ(ValidationError(params),
-            who + "substeps` expected a value in [1, 1000], got 0");
+            who + "substeps` expected a number in [1, 1000], got 0");
 }
 
 }  // namespace

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "mapping.h"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace dual_proxy {
+namespace {
+
+std::string Repr(const py::handle& value) {
+  return py::repr(value).cast<std::string>();
+}
+
+[[noreturn]] void ThrowExpected(const std::string& path,
+                                const std::string& expected,
+                                const py::handle& value) {
+  const char* found = py::isinstance<py::dict>(value) ? "has no parts, " : "";
+  throw ScenarioError(path + ": " + found + "expected " + expected + ", got " +
+                      Repr(value));
+}
+
+// Python's True is the integer 1; here it is no number.
+bool IsInteger(const py::handle& value) {
+  return py::isinstance<py::int_>(value) && !py::isinstance<py::bool_>(value);
+}
+
+template <typename Integer>
+void ReadInteger(const py::handle& value, const std::string& path,
+                 Integer* result) {
+  if (!IsInteger(value)) ThrowExpected(path, "an integer", value);
+  try {
+    *result = value.cast<Integer>();
+  } catch (const py::cast_error&) {
+    ThrowExpected(
+        path, "an integer of " + std::to_string(8 * sizeof(Integer)) + " bits",
+        value);
+  }
+}
+
+// The key as written, with the first of what is below it, and so on.
+std::string FirstLeaf(const std::string& key, const py::handle& value) {
+  if (!py::isinstance<py::dict>(value)) return key;
+  for (const auto& [name, inner] : value.cast<py::dict>()) {
+    return FirstLeaf(key + "." + py::str(name).cast<std::string>(), inner);
+  }
+  return key;
+}
+
+}  // namespace
+
+void ReadLeaf(const py::handle& value, const std::string& path, bool* result) {
+  if (!py::isinstance<py::bool_>(value)) {
+    ThrowExpected(path, "true or false", value);
+  }
+  *result = value.cast<bool>();
+}
+
+void ReadLeaf(const py::handle& value, const std::string& path, int* result) {
+  ReadInteger(value, path, result);
+}
+
+void ReadLeaf(const py::handle& value, const std::string& path,
+              std::int64_t* result) {
+  ReadInteger(value, path, result);
+}
+
+void ReadLeaf(const py::handle& value, const std::string& path,
+              double* result) {
+  if (!IsInteger(value) && !py::isinstance<py::float_>(value)) {
+    ThrowExpected(path, "a number", value);
+  }
+  double number = PyFloat_AsDouble(value.ptr());
+  if (PyErr_Occurred()) {  // An integer beyond what a double can hold.
+    PyErr_Clear();
+    number = std::numeric_limits<double>::infinity();
+  }
+  if (!std::isfinite(number)) ThrowExpected(path, "a finite number", value);
+  *result = number;
+}
+
+void ReadLeaf(const py::handle& value, const std::string& path,
+              std::string* result) {
+  if (!py::isinstance<py::str>(value)) ThrowExpected(path, "a string", value);
+  *result = value.cast<std::string>();
+}
+
+void ReadNumbers(const py::handle& value, const std::string& path, int rows,
+                 int cols, double* result) {
+  py::object list = py::reinterpret_borrow<py::object>(value);
+  if (py::isinstance<py::array>(value)) list = value.attr("tolist")();
+  const bool is_list =
+      py::isinstance<py::list>(list) || py::isinstance<py::tuple>(list);
+  if (!is_list || py::len(list) != static_cast<std::size_t>(rows)) {
+    const std::string by = cols == 1 ? "" : " x " + std::to_string(cols);
+    ThrowExpected(path, std::to_string(rows) + by + " numbers", value);
+  }
+  for (int i = 0; i < rows; ++i) {
+    const py::object item = list[py::int_(i)];
+    const std::string item_path = path + "[" + std::to_string(i) + "]";
+    if (cols == 1) {
+      ReadLeaf(item, item_path, result + i);
+    } else {
+      ReadNumbers(item, item_path, cols, 1, result + i * cols);
+    }
+  }
+}
+
+py::dict AsMapping(const py::handle& value, const std::string& path) {
+  const py::object mapping =
+      py::module_::import("collections.abc").attr("Mapping");
+  if (!py::isinstance(value, mapping)) {
+    ThrowExpected(path, "a mapping", value);
+  }
+  return py::dict(py::reinterpret_borrow<py::object>(value));
+}
+
+py::list AsList(const py::handle& value, const std::string& path) {
+  if (!py::isinstance<py::list>(value)) ThrowExpected(path, "a list", value);
+  return value.cast<py::list>();
+}
+
+MappingReader::MappingReader(py::dict mapping, std::string path,
+                             std::string key)
+    : mapping_(std::move(mapping)),
+      path_(std::move(path)),
+      key_(std::move(key)) {}
+
+py::dict MappingReader::AsOverrides(const py::handle& value,
+                                    const std::string& path) const {
+  py::dict overrides = AsMapping(value, path);
+  for (const char* name : {"scheme", "law"}) {
+    if (overrides.contains(name)) {
+      throw ScenarioError(path + "." + name + ": set " + path_ + "." + name +
+                          " instead");
+    }
+  }
+  return overrides;
+}
+
+void MappingReader::CheckKeys() const {
+  for (const auto& [key, value] : mapping_) {
+    if (known_.contains(key)) continue;
+    const std::string name = py::str(key).cast<std::string>();
+    const std::string_view source = FindSource(key_ + name);
+    if (!source.empty()) {
+      // The path without the key is the scenario's name.
+      const std::string top =
+          path_.substr(0, path_.size() - (key_.empty() ? 0 : key_.size()));
+      throw ScenarioError(path_ + "." + FirstLeaf(name, value) +
+                          ": is taken from " + top + "." + std::string(source) +
+                          ", set that instead");
+    }
+    const py::list close = py::module_::import("difflib").attr(
+        "get_close_matches")(name, known_, 1);
+    throw ScenarioError(
+        path_ + ": unknown key " + Repr(py::str(name)) +
+        (close.empty()
+             ? ", expected " +
+                   py::str(", ").attr("join")(known_).cast<std::string>()
+             : ", did you mean " + Repr(close[0]) + "?"));
+  }
+  if (!missing_.empty()) {
+    throw ScenarioError(path_ + ": missing key " + Repr(py::str(missing_)));
+  }
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/experiment/scenario.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+#include "dual_proxy/common/validate.h"
+#include "dual_proxy/experiment/recording.h"
+
+namespace dual_proxy {
+namespace {
+
+// Share of the device's workspace that an intended path may use.
+constexpr double kReach = 0.95;
+constexpr double kMaxDelay = 10.0;  // s
+
+// Validates every struct among what it visits, the innermost first, and turns
+// "FooParams: field `x` expected ..." into "plane.foo.x: expected ...".
+class Checker {
+ public:
+  explicit Checker(std::string path) : path_(std::move(path)) {}
+
+  template <typename T>
+  void Visit(const NameValue<T>& field) {
+    Check(path_ + "." + field.name(), field.value());
+  }
+
+  // Calls `check`, whose errors are about `path`.
+  template <typename Callable>
+  static void Named(const std::string& path, const Callable& check) {
+    try {
+      check();
+    } catch (const InvalidField& error) {
+      throw ScenarioError(path + "." + error.field() + ": " + error.problem());
+    }
+  }
+
+ private:
+  template <typename T>
+  static void Check(const std::string& path, T* value) {
+    if constexpr (Serializable<T>) {
+      Checker inner(path);
+      value->Serialize(&inner);
+      Named(path, [value] { value->Validate(); });
+    }
+  }
+
+  template <typename T>
+  static void Check(const std::string& path, std::vector<T>* items) {
+    for (std::size_t i = 0; i < items->size(); ++i) {
+      Check(path + "[" + std::to_string(i) + "]", &(*items)[i]);
+    }
+  }
+
+  std::string path_;
+};
+
+// Joins its arguments to one line.
+template <typename... Parts>
+std::string Join(const Parts&... parts) {
+  std::ostringstream line;
+  (line << ... << parts);
+  return line.str();
+}
+
+}  // namespace
+
+void LinkParams::Validate() const {
+  sender.Validate();
+  channel.Validate();
+  monitor.Validate();
+}
+
+void Waypoint::Validate() const {
+  constexpr const char* kWho = "Waypoint";
+  ThrowUnlessInRange(kWho, "time", time, 0, 3600);
+  ThrowUnlessAllInRange(kWho, "position", position, -2, 2);
+}
+
+void OperatorParams::Validate() const {
+  for (const Waypoint& waypoint : waypoints) waypoint.Validate();
+  ThrowUnlessInRange("OperatorParams", "press_depth", press_depth, 0, 0.1);
+}
+
+void Scenario::ApplyPresets() {
+  if (scheme == Scheme::kPositionForce) {
+    // The paper's gains for its two-channel controller; none of what the dual
+    // proxy's controller adds.
+    controller.position_stiffness = 100;
+    controller.position_damping = 20;
+    controller.feed_forward = false;
+    robot_proxy.max_motion_error = 0;
+  }
+  if (law == Law::kPrinted) {
+    robot_proxy.handover = Handover::kPrinted;
+    robot_proxy.interpolate = false;
+    robot_proxy.max_motion_error = 0;
+    controller.unit_mass_motion_force = false;
+    controller.feed_forward = false;
+    controller.selection_blend_time = 0;
+    controller.force_filter_cutoff = 0;
+    controller.passivity = false;
+  }
+}
+
+void Scenario::Distribute() {
+  map.p_cw = scene.start_position;
+  robot_proxy.map = haptic_proxy.map = position_force.map = map;
+  robot_proxy.link = haptic_proxy.link = position_force.link = link.monitor;
+  haptic_proxy.robot_stiffness = robot_proxy.stiffness;
+  // The controller ignores its loops' own switches and periods; the copies are
+  // kept right for whoever reads them.
+  for (TimeDomainPassivityParams* loop :
+       {&controller.force_passivity, &controller.moment_passivity}) {
+    loop->enabled = controller.passivity;
+    loop->period = scene.time_step;
+  }
+  sensor.tool_mass = scene.tool_mass;
+  sensor.tool_com = kToolCom;
+  sensor.gravity = scene.gravity;
+  for (double* period :
+       {&link.sender.period, &robot_proxy.period, &robot_proxy.limiter.period,
+        &controller.period, &haptic_proxy.period, &haptic_controller.period,
+        &device.period, &sensor.period}) {
+    *period = scene.time_step;
+  }
+}
+
+void Scenario::Validate() {
+  Distribute();
+  CheckFields();
+  CheckAcross();
+}
+
+void Scenario::CheckFields() {
+  Checker::Named(name, [this] {
+    ThrowUnlessInRange("Scenario", "duration", duration, 1e-3, 3600);
+    ThrowUnlessInRange(
+        "Scenario", "seed", static_cast<double>(seed), 0,
+        static_cast<double>(std::numeric_limits<std::int64_t>::max()));
+  });
+  Checker checker(name);
+  VisitFields(&checker, true);
+}
+
+void Scenario::CheckAcross() const {
+  const double delay = link.delay();
+  const double rate = link.rate();
+  const double interval = 1.0 / rate;
+  Checker::Named(name, [&] {
+    ThrowUnlessInRange("Scenario", "link.delay", delay, 0, kMaxDelay);
+  });
+  if (link.monitor.timeout * rate < 2.0) {
+    throw ScenarioError(Join(
+        name, ".link.timeout: expected at least two messages long (",
+        2.0 * interval, " s at ", rate, " Hz), got ", link.monitor.timeout));
+  }
+  if (link.monitor.max_age <= delay + interval) {
+    throw ScenarioError(Join(
+        name, ".link.max_age: expected more than the delay and a message ",
+        "interval (", delay + interval, " s), got ", link.monitor.max_age));
+  }
+  if (filter.period < scene.time_step) {
+    throw ScenarioError(
+        Join(name, ".filter.period: expected at least scene.time_step (",
+             scene.time_step, " s), got ", filter.period));
+  }
+  if (operator_params.recording.empty()) CheckWaypoints();
+}
+
+void Scenario::CheckWaypoints() const {
+  const std::string path = name + ".operator.waypoints";
+  const std::vector<Waypoint>& points = operator_params.waypoints;
+  if (points.size() < 2) {
+    throw ScenarioError(Join(path,
+                             ": expected at least two (or operator.recording)",
+                             ", got ", points.size()));
+  }
+  if (points[0].time != 0.0) {
+    throw ScenarioError(
+        Join(path, "[0].time: expected 0, got ", points[0].time));
+  }
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    if (points[i].time <= points[i - 1].time) {
+      throw ScenarioError(
+          Join(path, "[", i, "].time: expected more than the one before (",
+               points[i - 1].time, " s), got ", points[i].time));
+    }
+  }
+  const OperatorPathParams motion = CalcOperatorPath();
+  const Eigen::VectorX<bool> reachable = Reachable(motion.points);
+  for (int i = 0; i < reachable.size(); ++i) {
+    if (reachable(i)) continue;
+    const auto p = motion.points.col(i);
+    throw ScenarioError(Join(path, "[", i,
+                             "].position: expected a place over the table that "
+                             "the device reaches from map.p_cw, got [",
+                             p.x(), ", ", p.y(), ", ", p.z(), "]"));
+  }
+}
+
+Eigen::VectorX<bool> Scenario::Reachable(
+    const Eigen::Ref<const Eigen::Matrix3Xd>& points) const {
+  const double radius = kReach * device.workspace_radius;
+  const double half_length = kReach * device.workspace_half_length;
+  Eigen::VectorX<bool> result(points.cols());
+  for (int i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector3d p = points.col(i);
+    const Eigen::Array2d aside = (p.head<2>() - scene.table_center).cwiseAbs();
+    const Eigen::Vector3d x_h = map.R_DB * (p - map.p_cw) / map.scale;
+    result(i) = (aside <= scene.table_size.array() / 2).all() &&
+                std::hypot(x_h.y(), x_h.z()) <= radius &&
+                std::abs(x_h.x()) <= half_length;
+  }
+  return result;
+}
+
+OperatorPathParams Scenario::CalcOperatorPath() const {
+  if (!operator_params.recording.empty()) return CalcRecordedPath();
+  const std::vector<Waypoint>& points = operator_params.waypoints;
+  const auto count = static_cast<Eigen::Index>(points.size());
+  OperatorPathParams path{.times = Eigen::VectorXd(count),
+                          .points = Eigen::Matrix3Xd(3, count)};
+  for (Eigen::Index i = 0; i < count; ++i) {
+    path.times(i) = points[i].time;
+    path.points.col(i) = points[i].position;
+  }
+  return path;
+}
+
+OperatorPathParams Scenario::CalcRecordedPath() const {
+  const auto reachable = [this](const Eigen::Matrix3Xd& points) {
+    return Reachable(points).all();
+  };
+  try {
+    return PlaceRecording(ReadRecording(operator_params.recording),
+                          scene.start_position, scene.contact_height(),
+                          operator_params.press_depth, reachable);
+  } catch (const std::invalid_argument& error) {
+    throw ScenarioError(error.what());
+  }
+}
+
+double Scenario::CalcRunDuration() const {
+  if (!extend_for_delay) return duration;
+  const OperatorPathParams path = CalcOperatorPath();
+  const double needed =
+      path.times(path.times.size() - 1) + 3.0 * link.delay() + 2.0;
+  // Rounded up to whole milliseconds, free of floating-point dust.
+  const double milliseconds = std::ceil(std::round(needed * 1e9) / 1e6);
+  return std::max(duration, milliseconds / 1e3);
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "dual_proxy/baselines/position_force.h"
+#include "dual_proxy/common/enum_strings.h"
+#include "dual_proxy/common/serialize.h"
+#include "dual_proxy/control/haptic_controller.h"
+#include "dual_proxy/control/operational_space_controller.h"
+#include "dual_proxy/experiment/derived_keys.h"
+#include "dual_proxy/experiment/panda_scene_params.h"
+#include "dual_proxy/experiment/scenario_error.h"
+#include "dual_proxy/link/communication_channel.h"
+#include "dual_proxy/link/link_monitor.h"
+#include "dual_proxy/link/pose_sender.h"
+#include "dual_proxy/perception/force_space_particle_filter.h"
+#include "dual_proxy/proxy/haptic_side_proxy.h"
+#include "dual_proxy/proxy/robot_side_proxy.h"
+#include "dual_proxy/proxy/workspace_map.h"
+#include "dual_proxy/simulation/force_torque_sensor.h"
+#include "dual_proxy/simulation/haptic_device.h"
+#include "dual_proxy/simulation/operator.h"
+
+namespace dual_proxy {
+
+/** Which arm. */
+enum class Robot { kPanda };
+
+template <>
+struct EnumStrings<Robot> {
+  static constexpr std::pair<Robot, const char*> kValues[] = {
+      {Robot::kPanda, "panda"}};
+};
+
+/** Teleoperation scheme. */
+enum class Scheme {
+  kDualProxy,
+  kPositionForce,  ///< The two-channel baseline.
+};
+
+template <>
+struct EnumStrings<Scheme> {
+  static constexpr std::pair<Scheme, const char*> kValues[] = {
+      {Scheme::kDualProxy, "dual_proxy"},
+      {Scheme::kPositionForce, "position_force"}};
+};
+
+/** Which version of the dual proxy's law. */
+enum class Law {
+  kDefault,  ///< This project's.
+  kPrinted,  ///< The paper's to the letter.
+};
+
+template <>
+struct EnumStrings<Law> {
+  static constexpr std::pair<Law, const char*> kValues[] = {
+      {Law::kDefault, "default"}, {Law::kPrinted, "printed"}};
+};
+
+/** Both directions of the link alike; the keys of all three stand directly in
+`link`. */
+struct LinkParams {
+  PoseSenderParams sender;
+  CommunicationChannelParams channel;
+  LinkMonitorParams monitor;
+
+  double rate() const { return sender.rate; }     ///< Messages per second, Hz.
+  double delay() const { return channel.delay; }  ///< One way, s.
+
+  /** @throws std::invalid_argument naming the field, its range and value. */
+  void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    sender.Serialize(a);
+    channel.Serialize(a);
+    monitor.Serialize(a);
+  }
+};
+
+/** A place to be at rest at a time. */
+struct Waypoint {
+  /** s, 0 to 3600. */
+  double time{0};
+  /** m, in B, each -2 to 2. */
+  Eigen::Vector3d position{Eigen::Vector3d::Zero()};
+
+  /** @throws std::invalid_argument naming the field, its range and value. */
+  void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeRequired("time", &time));
+    a->Visit(MakeRequired("position", &position));
+  }
+};
+
+/** What the operator means to do, in the robot's frame B. */
+struct OperatorParams {
+  /** Minimum-jerk moves from each to the next; the first at time 0. */
+  std::vector<Waypoint> waypoints;
+  /** CSV file of a human motion, in place of the waypoints; relative to the
+  working directory. */
+  std::string recording;
+  /** How far below first touch a recording's contact height goes, m, 0 to 0.1.
+   */
+  double press_depth{0.04};
+
+  /** @throws std::invalid_argument naming the field, its range and value. */
+  void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("waypoints", &waypoints));
+    a->Visit(MakeNameValue("recording", &recording));
+    a->Visit(MakeNameValue("press_depth", &press_depth));
+  }
+};
+
+/** Everything that decides what a run does, from one YAML file.
+
+The file has one top-level key, the scenario's name; below it are the sections
+that Serialize() visits. What is not written keeps its default, an unknown key
+is an error. The sections that belong to an algorithm *are* its `...Params`, so
+their fields, units and ranges are those of the class.
+
+Some values are needed in several places. Each is written once, and
+Distribute() copies it (derived_keys.h has the list). scene.time_step is the
+period of everything that runs at the control rate; scene.start_position is
+map.p_cw, so the device's home is the robot's start; `map` and the link's
+monitor belong to both sides; robot_proxy.stiffness is what the haptic side
+matches its own to.
+
+In order of precedence, later wins: defaults, the YAML file, the presets of
+`scheme` and `law`, the section `overrides`, which has the scenario's own keys
+(but for these two). */
+struct Scenario {
+  std::string name{"scenario"};  ///< The top-level key.
+  std::string description;
+  Robot robot{Robot::kPanda};
+  Scheme scheme{Scheme::kDualProxy};
+  Law law{Law::kDefault};
+  /** s, 1e-3 to 3600. */
+  double duration{20};
+  /** Lengthens the run to the end of the operator's path + 3 x delay + 2 s, so
+  that a late release is part of it. */
+  bool extend_for_delay{true};
+  /** Of everything random, >= 0. */
+  std::int64_t seed{0};
+  PandaSceneParams scene;
+  WorkspaceMapParams map;
+  LinkParams link;
+  RobotSideProxyParams robot_proxy;
+  OperationalSpaceControllerParams controller;
+  ForceSpaceParticleFilterParams filter;
+  HapticSideProxyParams haptic_proxy;
+  HapticControllerParams haptic_controller;
+  PositionForceHapticSideParams position_force;
+  SimulatedHapticDeviceParams device;
+  ForceTorqueSensorParams sensor;
+  OperatorParams operator_params;  ///< The section `operator`.
+
+  /** The section `overrides` of a scenario. */
+  struct Overrides {
+    Scenario* scenario{};
+
+    template <typename Archive>
+    void Serialize(Archive* a) {
+      WrittenArchive<Archive> written(a);
+      scenario->VisitFields(&written, false);
+    }
+  };
+
+  /** Reads: what is written, then the presets, then the overrides. Call
+  Validate() afterwards. A writer wants SerializeSections(). */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    SerializeSections(a);
+    ApplyPresets();
+    Overrides overrides{this};
+    a->Visit(MakeNameValue("overrides", &overrides));
+  }
+
+  /** Visits all that is written but the overrides, and changes nothing else. */
+  template <typename Archive>
+  void SerializeSections(Archive* a) {
+    WrittenArchive<Archive> written(a);
+    VisitFields(&written, true);
+  }
+
+  /** Sets what `scheme` and `law` decide. */
+  void ApplyPresets();
+
+  /** Copies shared values to where they are needed. */
+  void Distribute();
+
+  /** Distributes, and checks every field and the fields against each other.
+  @throws ScenarioError for the first that is wrong. */
+  void Validate();
+
+  /** Tells which of some points (columns, m, in B) the device can ask for. They
+  lie, mapped to the device, within 95 % of its workspace, and over the table.
+  The set is convex. */
+  Eigen::VectorX<bool> Reachable(
+      const Eigen::Ref<const Eigen::Matrix3Xd>& points) const;
+
+  /** Where the operator means the robot's tool to go: points in B, the
+  waypoints or those of the recording.
+  @throws ScenarioError if a recording cannot be read; the message names file,
+  row and column. */
+  OperatorPathParams CalcOperatorPath() const;
+
+  /** How long a run lasts, s; see `extend_for_delay`.
+  @throws ScenarioError as CalcOperatorPath(). */
+  double CalcRunDuration() const;
+
+ private:
+  // All but the name; with or without the two that bring presets.
+  template <typename Archive>
+  void VisitFields(Archive* a, bool scheme_and_law) {
+    a->Visit(MakeNameValue("description", &description));
+    VisitEnum(a, "Scenario", "robot", &robot);
+    if (scheme_and_law) {
+      VisitEnum(a, "Scenario", "scheme", &scheme);
+      VisitEnum(a, "Scenario", "law", &law);
+    }
+    a->Visit(MakeNameValue("duration", &duration));
+    a->Visit(MakeNameValue("extend_for_delay", &extend_for_delay));
+    a->Visit(MakeNameValue("seed", &seed));
+    a->Visit(MakeNameValue("scene", &scene));
+    a->Visit(MakeNameValue("map", &map));
+    a->Visit(MakeNameValue("link", &link));
+    a->Visit(MakeNameValue("robot_proxy", &robot_proxy));
+    a->Visit(MakeNameValue("controller", &controller));
+    a->Visit(MakeNameValue("filter", &filter));
+    a->Visit(MakeNameValue("haptic_proxy", &haptic_proxy));
+    a->Visit(MakeNameValue("haptic_controller", &haptic_controller));
+    a->Visit(MakeNameValue("position_force", &position_force));
+    a->Visit(MakeNameValue("device", &device));
+    a->Visit(MakeNameValue("sensor", &sensor));
+    a->Visit(MakeNameValue("operator", &operator_params));
+  }
+
+  void CheckFields();
+  void CheckAcross() const;
+  void CheckWaypoints() const;
+  OperatorPathParams CalcRecordedPath() const;
+};
+
+}  // namespace dual_proxy

@@ -1,0 +1,508 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/experiment/scenario.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "dual_proxy/experiment/recording.h"
+#include "validation_error.h"
+
+namespace dual_proxy {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// A document: a leaf's text, a list, or named parts.
+struct Tree {
+  std::string text;
+  std::vector<Tree> items;
+  std::map<std::string, Tree> parts;
+
+  // The node at a dotted key, made if it is not there.
+  Tree& operator[](const std::string& key) {
+    const std::size_t dot = key.find('.');
+    Tree& part = parts[key.substr(0, dot)];
+    return dot == std::string::npos ? part : part[key.substr(dot + 1)];
+  }
+  void operator=(const std::string& leaf) { text = leaf; }
+};
+
+// Reads a Tree as Drake's reader reads YAML: what is not there keeps its value,
+// what is not visited is an error.
+class TreeReader {
+ public:
+  explicit TreeReader(const Tree& tree) : tree_(&tree) {}
+
+  template <typename T>
+  void Visit(const NameValue<T>& field) {
+    visited_.insert(field.name());
+    const auto found = tree_->parts.find(field.name());
+    if (found != tree_->parts.end()) Read(found->second, field.value());
+  }
+
+  template <typename T>
+  static void Read(const Tree& tree, T* value) {
+    if constexpr (Serializable<T>) {
+      TreeReader reader(tree);
+      value->Serialize(&reader);
+      for (const auto& [name, part] : tree.parts) {
+        if (!reader.visited_.contains(name)) {
+          throw std::runtime_error("unknown key " + name);
+        }
+      }
+    } else if constexpr (std::is_base_of_v<Eigen::MatrixBase<T>, T>) {
+      ASSERT_EQ(static_cast<int>(tree.items.size()), value->size());
+      for (int i = 0; i < value->size(); ++i) {
+        Read(tree.items[i], value->data() + i);
+      }
+    } else if constexpr (std::is_same_v<T, bool>) {
+      *value = tree.text == "true";
+    } else if constexpr (std::is_same_v<T, std::string>) {
+      *value = tree.text;
+    } else if constexpr (std::is_integral_v<T>) {
+      *value = static_cast<T>(std::stoll(tree.text));
+    } else {
+      *value = std::stod(tree.text);
+    }
+  }
+
+  template <typename T>
+  static void Read(const Tree& tree, std::vector<T>* value) {
+    value->resize(tree.items.size());
+    for (std::size_t i = 0; i < value->size(); ++i) {
+      Read(tree.items[i], &(*value)[i]);
+    }
+  }
+
+ private:
+  const Tree* tree_;
+  std::set<std::string> visited_;
+};
+
+// The dotted keys of all that is visited, structs included.
+class KeyArchive {
+ public:
+  explicit KeyArchive(std::vector<std::string>* keys, std::string prefix = "")
+      : keys_(keys), prefix_(std::move(prefix)) {}
+
+  template <typename T>
+  void Visit(const NameValue<T>& field) {
+    const std::string key = prefix_ + field.name();
+    keys_->push_back(key);
+    if constexpr (Serializable<T>) {
+      KeyArchive archive(keys_, key + ".");
+      field.value()->Serialize(&archive);
+    }
+  }
+
+ private:
+  std::vector<std::string>* keys_;
+  std::string prefix_;
+};
+
+Tree Numbers(std::vector<double> values) {
+  Tree list;
+  for (const double value : values) {
+    list.items.push_back({std::to_string(value), {}, {}});
+  }
+  return list;
+}
+
+// Read as it is, with presets and overrides, but not validated.
+Scenario ReadTree(const Tree& tree) {
+  Scenario scenario;
+  TreeReader::Read(tree, &scenario);
+  return scenario;
+}
+
+Scenario ValidScenario() {
+  Scenario scenario;
+  scenario.name = "tiny";
+  Waypoint start{0, {0.45, 0, 0.18}};
+  Waypoint end{1, {0.45, 0, 0.15}};
+  scenario.operator_params.waypoints = {start, end};
+  return scenario;
+}
+
+template <typename Change>
+std::string ErrorAfter(const Change& change) {
+  Scenario scenario = ValidScenario();
+  change(&scenario);
+  return InvalidArgument([&] { scenario.Validate(); });
+}
+
+TEST(ScenarioTest, NothingWrittenKeepsTheDefaults) {
+  const Scenario dut = ReadTree({});
+  EXPECT_EQ(dut.scheme, Scheme::kDualProxy);
+  EXPECT_EQ(dut.law, Law::kDefault);
+  EXPECT_EQ(dut.duration, 20.0);
+  EXPECT_EQ(dut.seed, 0);
+  EXPECT_EQ(dut.link.rate(), 50.0);
+  EXPECT_EQ(dut.link.delay(), 0.0);
+  EXPECT_EQ(dut.map.scale, 2.5);
+  EXPECT_EQ(dut.filter.num_particles, 1000);
+  EXPECT_EQ(dut.robot_proxy.max_motion_error, 0.012);
+  EXPECT_EQ(dut.controller.position_stiffness, 500.0);
+  EXPECT_EQ(dut.operator_params.press_depth, 0.04);
+}
+
+TEST(ScenarioTest, EveryKindOfLeafIsRead) {
+  Tree tree;
+  tree["description"] = "one line";
+  tree["extend_for_delay"] = "false";
+  tree["seed"] = "9007199254740993";  // Not a double.
+  tree["scene.start_position"] = Numbers({0.5, 0.1, 0.2});
+  tree["scene.contact_approximation"] = "sap";
+  tree["link.rate"] = "40";
+  tree["link.delay"] = "0.25";
+  tree["link.timeout"] = "0.75";
+  tree["robot_proxy.workspace.shape"] = "sphere";
+  tree["filter.update_thresholds.force_high"] = "9";
+  Tree waypoint;
+  waypoint["time"] = "2";
+  waypoint["position"] = Numbers({1, 2, 3});
+  tree["operator.waypoints"].items = {waypoint, waypoint};
+  const Scenario dut = ReadTree(tree);
+  EXPECT_EQ(dut.description, "one line");
+  EXPECT_FALSE(dut.extend_for_delay);
+  EXPECT_EQ(dut.seed, 9007199254740993);
+  EXPECT_EQ(dut.scene.start_position, Eigen::Vector3d(0.5, 0.1, 0.2));
+  EXPECT_EQ(dut.scene.contact_approximation, ContactApproximation::kSap);
+  EXPECT_EQ(dut.link.sender.rate, 40.0);
+  EXPECT_EQ(dut.link.channel.delay, 0.25);
+  EXPECT_EQ(dut.link.monitor.timeout, 0.75);
+  EXPECT_EQ(dut.robot_proxy.workspace.shape,
+            WorkspaceLimitsParams::Shape::kSphere);
+  EXPECT_EQ(dut.filter.update_thresholds.force_high, 9.0);
+  ASSERT_EQ(dut.operator_params.waypoints.size(), 2u);
+  EXPECT_EQ(dut.operator_params.waypoints[1].time, 2.0);
+  EXPECT_EQ(dut.operator_params.waypoints[1].position,
+            Eigen::Vector3d(1, 2, 3));
+}
+
+TEST(ScenarioTest, UnknownNameOfAChoiceIsAnError) {
+  Tree tree;
+  tree["law"] = "murphy";
+  EXPECT_EQ(InvalidArgument([&] { ReadTree(tree); }),
+            "Scenario: field `law` expected one of \"default\", \"printed\", "
+            "got \"murphy\"");
+}
+
+TEST(ScenarioTest, PresetsWinOverWhatIsWrittenAndOverridesOverPresets) {
+  Tree tree;
+  tree["scheme"] = "position_force";
+  tree["law"] = "printed";
+  tree["controller.position_stiffness"] = "300";
+  tree["controller.position_damping"] = "30";
+  tree["controller.force_gain"] = "2";
+  tree["overrides.controller.position_damping"] = "25";
+  tree["overrides.controller.passivity"] = "true";
+  tree["overrides.robot_proxy.handover"] = "bumpless";
+  const Scenario dut = ReadTree(tree);
+  EXPECT_EQ(dut.controller.position_stiffness, 100.0);
+  EXPECT_EQ(dut.controller.position_damping, 25.0);
+  EXPECT_EQ(dut.controller.force_gain, 2.0);
+  EXPECT_TRUE(dut.controller.passivity);
+  EXPECT_FALSE(dut.controller.feed_forward);
+  EXPECT_EQ(dut.robot_proxy.handover, Handover::kBumpless);
+  EXPECT_EQ(dut.robot_proxy.max_motion_error, 0.0);
+}
+
+TEST(ScenarioTest, SchemeAndLawAreNoOverrides) {
+  for (const char* key : {"overrides.scheme", "overrides.law"}) {
+    Tree tree;
+    tree[key] = "default";
+    EXPECT_THROW(ReadTree(tree), std::runtime_error) << key;
+  }
+}
+
+TEST(ScenarioTest, PresetsOfTheLaw) {
+  Scenario dut;
+  dut.law = Law::kPrinted;
+  dut.ApplyPresets();
+  EXPECT_EQ(dut.robot_proxy.handover, Handover::kPrinted);
+  EXPECT_FALSE(dut.robot_proxy.interpolate);
+  EXPECT_EQ(dut.robot_proxy.max_motion_error, 0.0);
+  EXPECT_FALSE(dut.controller.unit_mass_motion_force);
+  EXPECT_FALSE(dut.controller.feed_forward);
+  EXPECT_EQ(dut.controller.selection_blend_time, 0.0);
+  EXPECT_EQ(dut.controller.force_filter_cutoff, 0.0);
+  EXPECT_FALSE(dut.controller.passivity);
+  EXPECT_EQ(dut.controller.position_stiffness, 500.0);
+}
+
+TEST(ScenarioTest, WritingChangesNothing) {
+  Scenario dut;
+  dut.law = Law::kPrinted;
+  std::vector<std::string> keys;
+  KeyArchive archive(&keys);
+  dut.SerializeSections(&archive);
+  EXPECT_TRUE(dut.controller.passivity);
+  EXPECT_FALSE(std::ranges::count(keys, "overrides"));
+  EXPECT_TRUE(std::ranges::count(keys, "filter.resampling_thresholds"));
+  EXPECT_TRUE(std::ranges::count(keys, "link.spike_threshold"));
+}
+
+TEST(ScenarioTest, DerivedKeysCannotBeWritten) {
+  for (const DerivedKey& derived : DerivedKeys()) {
+    const std::string key(derived.key);
+    for (const std::string& written : {key, "overrides." + key}) {
+      Tree tree;
+      tree[written] = "0";
+      EXPECT_THROW(ReadTree(tree), std::runtime_error) << written;
+    }
+  }
+}
+
+TEST(ScenarioTest, DerivedKeysAndTheirSourcesExist) {
+  Scenario dut;
+  std::vector<std::string> written;
+  KeyArchive archive(&written);
+  dut.SerializeSections(&archive);
+  // Without the filter for what is written, which is about a whole scenario.
+  std::vector<std::string> all;
+  const auto visit = [&all](const char* section, auto* params) {
+    KeyArchive keys(&all, section);
+    params->Serialize(&keys);
+  };
+  visit("map.", &dut.map);
+  visit("link.", &dut.link);
+  visit("robot_proxy.", &dut.robot_proxy);
+  visit("controller.", &dut.controller);
+  visit("filter.", &dut.filter);
+  visit("haptic_proxy.", &dut.haptic_proxy);
+  visit("haptic_controller.", &dut.haptic_controller);
+  visit("position_force.", &dut.position_force);
+  visit("device.", &dut.device);
+  visit("sensor.", &dut.sensor);
+  for (const DerivedKey& derived : DerivedKeys()) {
+    EXPECT_TRUE(std::ranges::count(all, derived.key)) << derived.key;
+    EXPECT_FALSE(std::ranges::count(written, derived.key)) << derived.key;
+    EXPECT_TRUE(std::ranges::count(written, derived.source)) << derived.source;
+  }
+  // The filter alone has a rate of its own.
+  for (const std::string& key : all) {
+    if (key.ends_with(".period")) {
+      EXPECT_EQ(FindSource(key).empty(), key == "filter.period") << key;
+    }
+  }
+}
+
+TEST(ScenarioTest, WhatIsBelowADerivedKeyHasItsSource) {
+  EXPECT_EQ(FindSource("robot_proxy.map"), "map");
+  EXPECT_EQ(FindSource("robot_proxy.map.scale"), "map");
+  EXPECT_EQ(FindSource("robot_proxy.mapping"), "");
+  EXPECT_EQ(FindSource("robot_proxy"), "");
+}
+
+TEST(ScenarioTest, SharedValuesAreDistributed) {
+  Scenario dut = ValidScenario();
+  dut.scene.time_step = 5e-4;
+  dut.scene.start_position << 0.5, 0.01, 0.2;
+  dut.scene.tool_mass = 0.3;
+  dut.scene.gravity = 9.8;
+  dut.map.scale = 2.0;
+  dut.link.monitor.timeout = 0.25;
+  dut.robot_proxy.stiffness = 400;
+  dut.controller.passivity = false;
+  dut.operator_params.waypoints[0].position << 0.5, 0, 0.2;
+  dut.Validate();
+  EXPECT_EQ(dut.map.p_cw, dut.scene.start_position);
+  for (const WorkspaceMapParams& map :
+       {dut.robot_proxy.map, dut.haptic_proxy.map, dut.position_force.map}) {
+    EXPECT_EQ(map.scale, 2.0);
+    EXPECT_EQ(map.p_cw, dut.scene.start_position);
+  }
+  for (const LinkMonitorParams& monitor :
+       {dut.robot_proxy.link, dut.haptic_proxy.link, dut.position_force.link}) {
+    EXPECT_EQ(monitor.timeout, 0.25);
+  }
+  EXPECT_EQ(dut.haptic_proxy.robot_stiffness, 400.0);
+  EXPECT_FALSE(dut.controller.force_passivity.enabled);
+  EXPECT_FALSE(dut.controller.moment_passivity.enabled);
+  EXPECT_EQ(dut.sensor.tool_mass, 0.3);
+  EXPECT_EQ(dut.sensor.tool_com, kToolCom);
+  EXPECT_EQ(dut.sensor.gravity, 9.8);
+  for (const double period :
+       {dut.link.sender.period, dut.robot_proxy.period,
+        dut.robot_proxy.limiter.period, dut.controller.period,
+        dut.controller.force_passivity.period,
+        dut.controller.moment_passivity.period, dut.haptic_proxy.period,
+        dut.haptic_controller.period, dut.device.period, dut.sensor.period}) {
+    EXPECT_EQ(period, 5e-4);
+  }
+  EXPECT_EQ(dut.filter.period, 1.0 / 15.0);
+}
+
+TEST(ScenarioTest, WrongFieldsAreNamedByTheirPath) {
+  using S = Scenario;
+  EXPECT_EQ(ErrorAfter([](S*) {}), "no exception");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->duration = 0; }),
+            "tiny.duration: expected a number in [0.001, 3600], got 0");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->seed = -1; }),
+            "tiny.seed: expected a number in [0, 9.22337e+18], got -1");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->scene.friction = -1; }),
+            "tiny.scene.friction: expected a number in [0, 5], got -1");
+  EXPECT_EQ(ErrorAfter([](S* s) {
+              s->scene.boxes.resize(2);
+              s->scene.boxes[1].size(0) = 0;
+            }),
+            "tiny.scene.boxes[1].size[0]: expected a number in [0.0001, 10], "
+            "got 0");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->scene.boxes.resize(1); }),
+            "tiny.scene.boxes: expected names used once, not empty and not "
+            "'table', got ['']");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->map.scale = 0; }),
+            "tiny.map.scale: expected a finite value > 0, got 0");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->link.channel.loss = 2; }),
+            "tiny.link.loss: expected a number in [0, 1], got 2");
+  EXPECT_EQ(
+      ErrorAfter([](S* s) { s->robot_proxy.limiter.max_velocity = 0; }),
+      "tiny.robot_proxy.limiter.max_velocity: expected a finite value > 0, "
+      "got 0");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->controller.max_mass = -3; }),
+            "tiny.controller.max_mass: expected a finite value > 0, got -3");
+  EXPECT_EQ(ErrorAfter([](S* s) {
+              s->controller.force_passivity.damping_margin = 501;
+            }),
+            "tiny.controller.force_passivity.damping_margin: expected a number "
+            "in [0, 500], got 501");
+  EXPECT_EQ(
+      ErrorAfter([](S* s) { s->operator_params.press_depth = kNan; }),
+      "tiny.operator.press_depth: expected a number in [0, 0.1], got nan");
+  EXPECT_EQ(
+      ErrorAfter([](S* s) { s->operator_params.waypoints[1].time = 3601; }),
+      "tiny.operator.waypoints[1].time: expected a number in [0, 3600], got "
+      "3601");
+  EXPECT_EQ(
+      ErrorAfter([](S* s) { s->operator_params.waypoints[1].position(2) = 3; }),
+      "tiny.operator.waypoints[1].position[2]: expected a number in "
+      "[-2, 2], got 3");
+}
+
+TEST(ScenarioTest, FieldsThatContradictEachOtherAreNamed) {
+  using S = Scenario;
+  EXPECT_EQ(ErrorAfter([](S* s) { s->link.channel.delay = 10.5; }),
+            "tiny.link.delay: expected a number in [0, 10], got 10.5");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->link.monitor.timeout = 0.01; }),
+            "tiny.link.timeout: expected at least two messages long (0.04 s at "
+            "50 Hz), got 0.01");
+  EXPECT_EQ(ErrorAfter([](S* s) {
+              s->link.channel.delay = 0.5;
+              s->link.monitor.max_age = 0.5;
+            }),
+            "tiny.link.max_age: expected more than the delay and a message "
+            "interval (0.52 s), got 0.5");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->filter.period = 5e-4; }),
+            "tiny.filter.period: expected at least scene.time_step (0.001 s), "
+            "got 0.0005");
+}
+
+TEST(ScenarioTest, WaypointsAreChecked) {
+  using Points = std::vector<Waypoint>;
+  const auto error = [](const Points& points) {
+    return ErrorAfter(
+        [&](Scenario* s) { s->operator_params.waypoints = points; });
+  };
+  const Eigen::Vector3d p{0.45, 0, 0.18};
+  EXPECT_EQ(error({{0, p}}),
+            "tiny.operator.waypoints: expected at least two (or "
+            "operator.recording), got 1");
+  EXPECT_EQ(error({{1, p}, {2, p}}),
+            "tiny.operator.waypoints[0].time: expected 0, got 1");
+  EXPECT_EQ(error({{0, p}, {1, p}, {1, p}}),
+            "tiny.operator.waypoints[2].time: expected more than the one "
+            "before (1 s), got 1");
+  EXPECT_EQ(error({{0, p}, {1, {0.9, 0, 0.1}}}),
+            "tiny.operator.waypoints[1].position: expected a place over the "
+            "table that the device reaches from map.p_cw, got [0.9, 0, 0.1]");
+}
+
+TEST(ScenarioTest, ARecordingTakesTheWaypointsPlace) {
+  Scenario dut = ValidScenario();
+  dut.operator_params.waypoints.clear();
+  dut.operator_params.recording = "motion.csv";
+  EXPECT_NO_THROW(dut.Validate());
+  EXPECT_EQ(InvalidArgument([&] { dut.CalcOperatorPath(); }),
+            "motion.csv: No such file or directory");
+
+  const auto file = std::filesystem::path(testing::TempDir()) / "motion.csv";
+  std::ofstream csv(file);
+  csv << "t,px,py,pz\n";
+  for (int i = 0; i <= 20; ++i) csv << 0.1 * i << ",0,0,0\n";
+  csv.close();
+  dut.operator_params.recording = file.string();
+  const OperatorPathParams path = dut.CalcOperatorPath();
+  EXPECT_EQ(path.interpolation, PathInterpolation::kCubic);
+  const double end = path.times(path.times.size() - 1);
+  EXPECT_NEAR(end, 2 + 2 * kRecordingMoveTime, 1e-12);
+  // Where the person worked is `press_depth` below first touch.
+  EXPECT_NEAR(path.points.row(2).minCoeff(),
+              dut.scene.contact_height() - dut.operator_params.press_depth,
+              1e-12);
+  dut.duration = 1;
+  EXPECT_NEAR(dut.CalcRunDuration(), end + 2 + 3 * dut.link.delay(), 1e-3);
+}
+
+TEST(ScenarioTest, MotionIsThatOfTheWaypoints) {
+  const OperatorPathParams path = ValidScenario().CalcOperatorPath();
+  EXPECT_EQ(path.interpolation, PathInterpolation::kMinimumJerk);
+  EXPECT_EQ(path.times, Eigen::Vector2d(0, 1));
+  EXPECT_EQ(path.points.col(1), Eigen::Vector3d(0.45, 0, 0.15));
+}
+
+TEST(ScenarioTest, ReachableIsOverTheTableAndWithinTheDevicesWorkspace) {
+  Scenario dut = ValidScenario();
+  // x of D is y of B, so that the cylinder's axis lies along y of B.
+  dut.map.R_DB << 0, 1, 0, -1, 0, 0, 0, 0, 1;
+  dut.scene.table_center << 0.5, 0;
+  dut.scene.table_size << 0.2, 2;
+  dut.scene.start_position << 0.45, 0, 0.2;
+  dut.Distribute();
+  const double length = 0.95 * 0.055 * 2.5;
+  const double radius = 0.95 * 0.08 * 2.5;
+  Eigen::Matrix3Xd points(3, 7);
+  points.col(0) << 0.45, 0, 0.2;
+  points.col(1) << 0.45, length - 1e-6, 0.2;
+  points.col(2) << 0.45, length + 1e-6, 0.2;
+  points.col(3) << 0.45, 0, 0.2 + radius - 1e-6;
+  points.col(4) << 0.45, 0, 0.2 + radius + 1e-6;
+  points.col(5) << 0.4 + 1e-6, 0, 0.2;
+  points.col(6) << 0.4 - 1e-6, 0, 0.2;  // Beside the table.
+  const Eigen::VectorX<bool> reachable = dut.Reachable(points);
+  const std::vector<bool> result(reachable.begin(), reachable.end());
+  EXPECT_EQ(result,
+            std::vector<bool>({true, true, false, true, false, true, false}));
+}
+
+TEST(ScenarioTest, RunIsLongEnoughForALateRelease) {
+  Scenario dut = ValidScenario();
+  const auto duration = [&dut](double motion_end) {
+    dut.operator_params.waypoints.back().time = motion_end;
+    return dut.CalcRunDuration();
+  };
+  EXPECT_EQ(duration(18), 20.0);
+  dut.link.channel.delay = 0.15;
+  EXPECT_EQ(duration(18), 20.45);
+  dut.link.channel.delay = 1.5;
+  EXPECT_EQ(duration(18), 24.5);
+  EXPECT_EQ(duration(18.0001), 24.501);
+  dut.duration = 30;
+  EXPECT_EQ(duration(18), 30.0);
+  dut.duration = 5;
+  dut.extend_for_delay = false;
+  EXPECT_EQ(duration(18), 5.0);
+}
+
+}  // namespace
+}  // namespace dual_proxy
