@@ -1,18 +1,45 @@
 # The rules for every target of this project, in one place.
 
 # C++20 without extensions, position independent, warnings are errors.
+#
+# And, for the target and all that link to it, no AVX on x86-64. Drake's binaries
+# are built without it, and so may be an installed dual_proxy; Eigen then aligns
+# to 16 bytes and allocates with malloc(). With AVX it aligns to 32 or 64, and
+# allocates by a way of its own: what one side has allocated the other cannot
+# free, and types differ in layout. -march=native in CMAKE_CXX_FLAGS is enough to
+# crash. No definition for Eigen repairs that: EIGEN_MAX_ALIGN_BYTES=16 leaves the
+# allocation as it is, and EIGEN_MALLOC_ALREADY_ALIGNED=1 with it lets products of
+# large matrices, which rely on aligned blocks, crash. All else in -march=native
+# does no harm. On aarch64 Eigen aligns to 16 bytes whatever the flags.
 function(dual_proxy_compile_options target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF
                                              POSITION_INDEPENDENT_CODE ON)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Werror)
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
+    target_compile_options(${target} PUBLIC $<$<COMPILE_LANGUAGE:CXX>:-mno-avx>)
+  endif()
+endfunction()
+
+# dual_proxy_add_folder(systems/link) adds a folder of sources, whose headers are
+# included as "dual_proxy/link/...", as users of an installed package do.
+function(dual_proxy_add_folder folder)
+  cmake_path(GET folder FILENAME name)
+  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/headers/dual_proxy)
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${folder}
+       ${PROJECT_BINARY_DIR}/headers/dual_proxy/${name} SYMBOLIC)
+  add_subdirectory(${folder})
 endfunction()
 
 # dual_proxy_drake_sources(file.cc ...) adds Drake faces of the current folder,
-# where Drake was found.
+# where Drake was found. Where it was not, their headers, of the same names, are
+# not installed.
 function(dual_proxy_drake_sources)
   if(TARGET dual_proxy_drake)
     target_sources(dual_proxy_drake PRIVATE ${ARGN})
+  else()
+    list(TRANSFORM ARGN REPLACE "\\.cc$" ".h")
+    set_property(DIRECTORY APPEND PROPERTY dual_proxy_headers_left_out ${ARGN})
   endif()
 endfunction()
 
@@ -25,18 +52,4 @@ function(dual_proxy_add_gtest name)
                                         GTest::gtest_main)
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT 120)
-endfunction()
-
-# dual_proxy_link_headers(folder...) makes the headers of each folder available
-# as "dual_proxy/<last part of folder>/...", without copying them.
-function(dual_proxy_link_headers)
-  set(root ${PROJECT_BINARY_DIR}/include/dual_proxy)
-  if(IS_SYMLINK ${root})  # of a build tree older than this function
-    file(REMOVE ${root})
-  endif()
-  file(MAKE_DIRECTORY ${root})
-  foreach(folder ${ARGN})
-    cmake_path(GET folder FILENAME name)
-    file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${folder} ${root}/${name} SYMBOLIC)
-  endforeach()
 endfunction()

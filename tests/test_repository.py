@@ -40,7 +40,9 @@ def test_all_public_names_exist():
     assert compiled - internal <= set(dp.__all__)
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/notes_on_the_paper.md"])
+@pytest.mark.parametrize(
+    "page", ["README.md", "docs/notes_on_the_paper.md", "docs/use_from_cpp.md"]
+)
 def test_paths_in_documents_exist(page):
     text = (ROOT / page).read_text()
     links = re.findall(r"\]\((?!https?:)([^)#]+)", text)
@@ -49,6 +51,15 @@ def test_paths_in_documents_exist(page):
     assert links or named
     for path in [*links, *named]:
         assert ((ROOT / page).parent / path).exists() or (ROOT / path).exists(), path
+
+
+def test_project_in_use_from_cpp_is_the_one_that_is_built():
+    page = (ROOT / "docs" / "use_from_cpp.md").read_text()
+    files = sorted((ROOT / "tests" / "consumer").iterdir())
+    assert [path.name for path in files] == ["CMakeLists.txt", "diagram.cc", "main.cc"]
+    for path in files:
+        language = "cmake" if path.suffix == ".txt" else "cpp"
+        assert f"`{path.name}`:\n\n```{language}\n{path.read_text()}```\n" in page
 
 
 def test_no_source_file_lacks_its_license():

@@ -13,6 +13,7 @@
 #include <drake/systems/framework/leaf_system.h>
 #include <Eigen/Core>
 
+#include "dual_proxy/common/drake_binary.h"
 #include "dual_proxy/common/pose.h"
 
 namespace dual_proxy {

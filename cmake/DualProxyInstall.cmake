@@ -1,0 +1,45 @@
+# cmake --install <build> [--component dev] installs what other C++ projects use
+# by find_package(dual_proxy). The Python package is the component `python`, which
+# goes into a wheel and not into this installation.
+
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dual_proxy)
+
+# Each library has a set of targets of its own: the algorithms alone need no Drake.
+foreach(library dual_proxy dual_proxy_drake)
+  if(TARGET ${library})
+    install(TARGETS ${library} EXPORT ${library}Targets
+            ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev
+            INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+    install(EXPORT ${library}Targets NAMESPACE dual_proxy::
+            DESTINATION ${package_dir} COMPONENT dev)
+  endif()
+endforeach()
+
+foreach(folder ${DUAL_PROXY_FOLDERS})
+  cmake_path(GET folder FILENAME name)
+  get_property(left_out DIRECTORY ${PROJECT_SOURCE_DIR}/${folder}
+               PROPERTY dual_proxy_headers_left_out)
+  list(TRANSFORM left_out REPLACE "(.+)" "PATTERN;\\1;EXCLUDE")
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder}/
+          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dual_proxy/${name}
+          COMPONENT dev
+          FILES_MATCHING PATTERN "*.h" ${left_out})
+endforeach()
+
+configure_package_config_file(
+  ${PROJECT_SOURCE_DIR}/cmake/dual_proxyConfig.cmake.in
+  ${PROJECT_BINARY_DIR}/dual_proxyConfig.cmake
+  INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(
+  ${PROJECT_BINARY_DIR}/dual_proxyConfigVersion.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/dual_proxyConfig.cmake
+              ${PROJECT_BINARY_DIR}/dual_proxyConfigVersion.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindPipPackages.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindDrakeLibrary.cmake
+        DESTINATION ${package_dir} COMPONENT dev)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE
+        DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT dev)
