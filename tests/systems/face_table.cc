@@ -31,7 +31,7 @@ using drake::AbstractValue;
 using drake::MakeNameValue;
 using drake::math::RigidTransformd;
 using drake::math::RotationMatrixd;
-using drake::systems::LeafSystem;
+using drake::systems::System;
 using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
@@ -140,18 +140,6 @@ const std::map<std::string, int>& TypeWidths() {
   return widths;
 }
 
-VectorXd Concatenate(const std::vector<VectorXd>& parts) {
-  Eigen::Index size = 0;
-  for (const VectorXd& part : parts) size += part.size();
-  VectorXd whole(size);
-  Eigen::Index start = 0;
-  for (const VectorXd& part : parts) {
-    whole.segment(start, part.size()) = part;
-    start += part.size();
-  }
-  return whole;
-}
-
 std::vector<std::string> Split(const std::string& line) {
   std::vector<std::string> cells;
   std::stringstream stream(line);
@@ -220,8 +208,8 @@ const FaceParams& GetFaceParams() {
   return params;
 }
 
-std::unique_ptr<LeafSystem<double>> MakeFace(const std::string& name) {
-  using Maker = std::function<std::unique_ptr<LeafSystem<double>>()>;
+std::unique_ptr<System<double>> MakeFace(const std::string& name) {
+  using Maker = std::function<std::unique_ptr<System<double>>()>;
   const FaceParams& p = GetFaceParams();
   static const std::map<std::string, Maker> makers{
       {"RobotSideProxy",
@@ -285,6 +273,18 @@ std::unique_ptr<LeafSystem<double>> MakeFace(const std::string& name) {
              HapticSideDevice{.params = p.device, .path = p.path});
        }}};
   return makers.at(name)();
+}
+
+VectorXd Concatenate(const std::vector<VectorXd>& parts) {
+  Eigen::Index size = 0;
+  for (const VectorXd& part : parts) size += part.size();
+  VectorXd whole(size);
+  Eigen::Index start = 0;
+  for (const VectorXd& part : parts) {
+    whole.segment(start, part.size()) = part;
+    start += part.size();
+  }
+  return whole;
 }
 
 VectorXd Flatten(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
@@ -388,8 +388,12 @@ std::vector<TraceRow> LoadTraceWithoutBadInputs(const std::string& name) {
 }
 
 FacePlayer::FacePlayer(const std::string& name)
+    : FacePlayer(name, MakeFace(name)) {}
+
+FacePlayer::FacePlayer(const std::string& name,
+                       std::unique_ptr<System<double>> system)
     : row_(&FaceTable().at(name)),
-      face_(MakeFace(name)),
+      face_(std::move(system)),
       simulator_(std::make_unique<drake::systems::Simulator<double>>(*face_)) {}
 
 FacePlayer::FacePlayer(const FacePlayer& other,

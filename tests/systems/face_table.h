@@ -9,7 +9,7 @@
 
 #include <drake/common/value.h>
 #include <drake/systems/analysis/simulator.h>
-#include <drake/systems/framework/leaf_system.h>
+#include <drake/systems/framework/system.h>
 #include <Eigen/Core>
 
 #include "dual_proxy/control/arm_model.h"
@@ -79,8 +79,11 @@ struct FaceParams {
 const FaceParams& GetFaceParams();
 
 /** The face of that name in the table. */
-std::unique_ptr<drake::systems::LeafSystem<double>> MakeFace(
+std::unique_ptr<drake::systems::System<double>> MakeFace(
     const std::string& name);
+
+/** One vector after the other. */
+Eigen::VectorXd Concatenate(const std::vector<Eigen::VectorXd>& parts);
 
 /** What a trace is flattened to and from: matrices row by row. */
 Eigen::VectorXd Flatten(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
@@ -116,11 +119,14 @@ std::vector<TraceRow> LoadTraceWithoutBadInputs(const std::string& name);
 class FacePlayer {
  public:
   explicit FacePlayer(const std::string& name);
+  /** A system that has the input ports of the face `name`. */
+  FacePlayer(const std::string& name,
+             std::unique_ptr<drake::systems::System<double>> system);
   /** The same face, from `context` on. */
   FacePlayer(const FacePlayer& other,
              std::unique_ptr<drake::systems::Context<double>> context);
 
-  const drake::systems::LeafSystem<double>& face() const { return *face_; }
+  const drake::systems::System<double>& face() const { return *face_; }
   const drake::systems::Context<double>& context() const {
     return simulator_->get_context();
   }
@@ -145,7 +151,7 @@ class FacePlayer {
 
  private:
   const FaceRow* row_;
-  std::shared_ptr<const drake::systems::LeafSystem<double>> face_;
+  std::shared_ptr<const drake::systems::System<double>> face_;
   std::unique_ptr<drake::systems::Simulator<double>> simulator_;
 };
 
