@@ -18,11 +18,13 @@
 
 namespace dual_proxy {
 
-/** A pose as Drake's type, whatever the numbers: never throws. Drake asks more
-of a rotation (orthonormal to 3e-14) than the algorithms do; one that is not
-quite so is replaced by the nearest that is. What is no pose at all becomes one
-of numbers that are not, which every algorithm refuses. */
-drake::math::RigidTransformd ToRigidTransform(const Pose& X);
+/** A pose as Drake's type with the very same numbers: never throws, not even in
+Drake's debug builds. Drake asks more of a rotation (orthonormal to 3e-14) than
+the algorithms do, and what is no pose stays none: whoever acts on it refuses
+it. */
+inline drake::math::RigidTransformd ToRigidTransform(const Pose& X) {
+  return {drake::math::RotationMatrixd::MakeUnchecked(X.R), X.p};
+}
 
 /** Drake's pose as the algorithms' type. */
 inline Pose ToPose(const drake::math::RigidTransformd& X) {

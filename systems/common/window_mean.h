@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 
 #include <Eigen/Core>
 
@@ -13,6 +14,8 @@ namespace dual_proxy {
 /** Memory of WindowMean, and its result. */
 template <int kSize>
 struct WindowMeanState {
+  /// Lets Drake tell the type's name by hash when it is in a Context.
+  using NonTypeTemplateParameter = std::integral_constant<int, kSize>;
   using Vector = Eigen::Matrix<double, kSize, 1>;
 
   Vector sum{Vector::Zero()};   ///< Of the samples of this window.

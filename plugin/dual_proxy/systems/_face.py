@@ -55,8 +55,6 @@ def _zeros(size: int) -> Vector:
 
 # When a face that has not stepped has stepped last.
 _NEVER: Any = np.array([-math.inf])
-_NO_POSITION: Any = np.full(3, math.nan)
-_NO_ROTATION: Any = RotationMatrix(np.full((3, 3), math.nan))
 
 
 class Memory:
@@ -244,18 +242,12 @@ def message(port: InputPort, context: Context, empty: Any) -> Any:
 
 
 def rigid_transform(p: Any, R: Any) -> RigidTransform:
-    """Returns a pose as Drake's type, whatever the numbers: never raises.
+    """Returns a pose as Drake's type with the very same numbers: never raises.
 
-    Drake asks more of a rotation (orthonormal to 3e-14) than the algorithms do;
-    one that is not quite so is replaced by the nearest that is. What is no pose
-    at all becomes one of numbers that are not, which every algorithm refuses.
+    Drake's documentation asks more of a rotation (orthonormal to 3e-14) than the
+    algorithms do, and what is no pose stays none: whoever acts on it refuses it.
     """
-    try:
-        return RigidTransform(RotationMatrix(R), p)
-    except RuntimeError:
-        if np.all(np.isfinite(R)) and np.linalg.det(R) > 0:
-            return RigidTransform(RotationMatrix.ProjectToRotationMatrix(R), p)
-        return RigidTransform(_NO_ROTATION, _NO_POSITION)
+    return RigidTransform(RotationMatrix(R), p)
 
 
 def check_positive(who: str, field: str, value: float) -> None:
