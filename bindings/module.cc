@@ -10,6 +10,7 @@ void BindControl(pybind11::module_& m);
 void BindSimulation(pybind11::module_& m);
 void BindBaselines(pybind11::module_& m);
 void BindSides(pybind11::module_& m);
+void BindExperiment(pybind11::module_& m);
 
 }  // namespace dual_proxy
 
@@ -24,4 +25,5 @@ PYBIND11_MODULE(_core, m) {
   dual_proxy::BindSimulation(m);
   dual_proxy::BindBaselines(m);
   dual_proxy::BindSides(m);
+  dual_proxy::BindExperiment(m);
 }

@@ -111,3 +111,8 @@ if(drake_FOUND)
 else()
   dual_proxy_find_drake_wheel()
 endif()
+if(DUAL_PROXY_DRAKE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # GCC 12 sees an overlap in std::string's operator+ where Drake's headers name
+  # a port (GCC bug 105651); there is none.
+  target_compile_options(drake::drake INTERFACE -Wno-restrict)
+endif()

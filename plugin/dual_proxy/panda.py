@@ -68,6 +68,7 @@ from pydrake.systems.framework import (
 )
 
 from dual_proxy._core import ArmModel, ArmModelParams
+from dual_proxy.native import NativeTwin
 from dual_proxy.panda_params import (
     TIP_RADIUS,
     TOOL_COM_S,
@@ -343,7 +344,7 @@ def sensor_reaction(forces: Sequence[SpatialForce], sensor_joint: int) -> Vector
     return wrench
 
 
-class SensorReaction(LeafSystem):
+class SensorReaction(NativeTwin, LeafSystem):
     """`sensor_reaction` as a system without state.
 
     @system
@@ -358,6 +359,7 @@ class SensorReaction(LeafSystem):
     def __init__(self, sensor_joint: int) -> None:
         super().__init__()
         self._sensor_joint = sensor_joint
+        self._native_arguments = {"sensor_joint": sensor_joint}
         self._input = self.DeclareAbstractInputPort(
             "reaction_forces", Value[list[SpatialForce]]()
         )
@@ -541,6 +543,11 @@ class PandaModel:
         self._context = plant.CreateDefaultContext()
         self._zero = np.zeros(3)
         self._arm = ArmModel(_arm_model_params(plant, self._tool_point))
+
+    @property
+    def arm_params(self) -> ArmModelParams:
+        """The arm's numbers, as `ArmModel` takes them."""
+        return self._arm.params
 
     @property
     def tool_mass(self) -> float:

@@ -11,26 +11,20 @@ positions; the tool keeps its orientation.
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dual_proxy import _core
 from dual_proxy.settings import ScenarioError
 
-__all__ = ["Recording", "read_recording", "recorded_path"]
-
-_POSITION = ("px", "py", "pz")
-_ROTATION = tuple(f"R{i}{j}" for i in "123" for j in "123")
-_MIN_ROWS = 10
-_MIN_LENGTH = 1.0  # s
-_MAX_LENGTH = 3600.0  # s
+__all__ = ["MOVE_TIME", "Recording", "read_recording", "recorded_path"]
 
 #: Time for the move to the recording's first point, and for the one back, s.
-MOVE_TIME = 2.0
+MOVE_TIME: float = _core._RECORDING_MOVE_TIME
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,59 +51,9 @@ def read_recording(path: str | Path) -> Recording:
         below the header) and column.
     """
     try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file))
-    except OSError as error:
-        raise ScenarioError(f"{path}: {error.strerror}") from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ScenarioError(f"{path}: expected a CSV file: {error}") from None
-    header = [name.strip() for name in rows[0]] if rows else []
-    columns = ["t", *_POSITION]
-    if any(name in header for name in _ROTATION):
-        columns += _ROTATION
-    for name in columns:
-        if header.count(name) != 1:
-            found = "missing" if name not in header else "found more than once"
-            raise ScenarioError(f"{path}: column {name!r} is {found}")
-    body = [row for row in rows[1:] if row]
-    table = np.array(
-        [
-            _numbers(row, header, columns, f"{path}, row {i}")
-            for i, row in enumerate(body, 1)
-        ]
-    ).reshape(len(body), len(columns))
-    times = table[:, 0]
-    if len(times) < _MIN_ROWS or times[-1] - times[0] < _MIN_LENGTH:
-        length = times[-1] - times[0] if len(times) else 0.0
-        raise ScenarioError(
-            f"{path}: too short, expected at least {_MIN_ROWS} rows and "
-            f"{_MIN_LENGTH:g} s, got {len(times)} rows and {length:g} s"
-        )
-    if times[-1] - times[0] > _MAX_LENGTH:
-        raise ScenarioError(
-            f"{path}: too long, expected at most {_MAX_LENGTH:g} s, "
-            f"got {times[-1] - times[0]:g} s"
-        )
-    bad = np.flatnonzero(np.diff(times) <= 0.0)
-    if bad.size:
-        row = int(bad[0])
-        raise ScenarioError(
-            f"{path}, row {row + 2}, column 't': expected a time after "
-            f"{times[row]:g} s, got {times[row + 1]:g} s"
-        )
-    rotations = None
-    if len(columns) > 4:
-        rotations = table[:, 4:].reshape(-1, 3, 3)
-        deviation = np.abs(rotations @ rotations.transpose(0, 2, 1) - np.eye(3))
-        wrong = np.flatnonzero(
-            (deviation.max(axis=(1, 2)) > 1e-3) | (np.linalg.det(rotations) < 0.0)
-        )
-        if wrong.size:
-            raise ScenarioError(
-                f"{path}, row {wrong[0] + 1}, columns 'R11' to 'R33': "
-                "expected a rotation matrix"
-            )
-    return Recording(times - times[0], table[:, 1:4].copy(), rotations)
+        return Recording(*_core._read_recording(str(path)))
+    except ValueError as error:
+        raise ScenarioError(str(error)) from None
 
 
 def recorded_path(
@@ -153,56 +97,14 @@ def recorded_path(
     ScenarioError
         If the pressing depth itself is out of reach.
     """
-    low, high = recording.positions.min(axis=0), recording.positions.max(axis=0)
-    level = float(np.quantile(recording.positions[:, 2], 0.01))
-    offsets = recording.positions - np.array([*(low + high)[:2] / 2.0, level])
-    offsets[:, 2] = np.maximum(offsets[:, 2], 0.0)
-    middle = np.array([start[0], start[1], contact_height - press_depth])
-    if not reachable(middle[None]).all():
-        raise ScenarioError(
-            f"operator.press_depth: expected a depth that the device reaches below "
-            f"scene.start_position, got {press_depth!r}"
+    try:
+        return _core._place_recording(
+            recording.times,
+            recording.positions,
+            start,
+            contact_height,
+            press_depth,
+            lambda points: bool(reachable(points).all()),
         )
-    scale = 1.0
-    if not reachable(middle + offsets).all():
-        # The set is convex and holds `middle`, so bisection finds its border.
-        scale, too_large = 0.0, 1.0
-        for _ in range(20):
-            trial = (scale + too_large) / 2.0
-            if reachable(middle + trial * offsets).all():
-                scale = trial
-            else:
-                too_large = trial
-    points = middle + scale * offsets
-
-    steps = np.linspace(0.0, 1.0, round(MOVE_TIME * 100) + 1)
-    share = (steps**3 * (10.0 - 15.0 * steps + 6.0 * steps**2))[:, None]
-    into = start + share * (points[0] - start)
-    out = points[-1] + share * (start - points[-1])
-    times = MOVE_TIME + recording.times
-    return (
-        np.concatenate(
-            [steps[:-1] * MOVE_TIME, times, times[-1] + steps[1:] * MOVE_TIME]
-        ),
-        np.concatenate([into[:-1], points, out[1:]]),
-    )
-
-
-def _numbers(
-    row: Sequence[str], header: Sequence[str], columns: Sequence[str], where: str
-) -> list[float]:
-    if len(row) != len(header):
-        raise ScenarioError(f"{where}: expected {len(header)} values, got {len(row)}")
-    values = []
-    for name in columns:
-        text = row[header.index(name)]
-        try:
-            value = float(text)
-        except ValueError:
-            value = float("nan")
-        if not np.isfinite(value):
-            raise ScenarioError(
-                f"{where}, column {name!r}: expected a finite number, got {text!r}"
-            )
-        values.append(value)
-    return values
+    except ValueError as error:
+        raise ScenarioError(str(error)) from None

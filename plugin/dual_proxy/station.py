@@ -32,6 +32,7 @@ from pydrake.systems.primitives import LogVectorOutput, Multiplexer
 
 from dual_proxy import _core
 from dual_proxy.log import SIGNALS, make_frame
+from dual_proxy.native import NativeTwin
 from dual_proxy.panda import (
     PandaModel,
     SensorReaction,
@@ -56,12 +57,13 @@ _FRAMES_PER_SECOND = 30
 _NO_CONTACT = np.zeros(7)
 
 
-class _ContactTruth(LeafSystem):
+class ContactTruthSystem(NativeTwin, LeafSystem):
     """The tool's true contacts as a vector: force 3, normal 3, dimension 1."""
 
     def __init__(self, tool_body: BodyIndex) -> None:
         super().__init__()
         self._tool_body = tool_body
+        self._native_arguments = {"tool_body": int(tool_body)}
         self._results = self.DeclareAbstractInputPort(
             "contact_results", Value[ContactResults]()
         )
@@ -112,7 +114,7 @@ class Station:
         # One sink for all that is logged: every event of Drake's has its price.
         sizes = [port.size() for port in self._ports.values()]
         self._columns = np.cumsum(sizes)[:-1]
-        everything = self._add("everything", Multiplexer(sizes))
+        everything = self._builder.AddNamedSystem("everything", Multiplexer(sizes))
         for index, port in enumerate(self._ports.values()):
             self._builder.Connect(port, everything.get_input_port(index))
         self._everything = everything.get_output_port()
@@ -150,14 +152,14 @@ class Station:
 
     def _current_row(self) -> dict[str, float]:
         root = self.simulator.get_context()
-        system = self._everything.get_system()
+        system: Any = self._everything.get_system()
         row: Any = self._everything.Eval(system.GetMyContextFromRoot(root))
         times = np.array([root.get_time()])
         frame = make_frame(times, self._signals(times, row[np.newaxis]))
         return dict(zip(frame.columns, frame.iloc[0].tolist(), strict=True))
 
-    def _add(self, name: str, system: Any) -> Any:
-        return self._builder.AddNamedSystem(name, system)
+    def _add(self, name: str, system: type[NativeTwin], *args: Any) -> Any:
+        return system.add_to(self._builder, *args, name=name)
 
     def _export(self, port: OutputPort, name: str) -> None:
         self._builder.ExportOutput(port, name)
@@ -175,7 +177,7 @@ class Station:
             scenario.map.p_cw, scenario.map.R_cw, scenario.controller.q_rest
         )
         scene = add_panda_scene(builder, scene_params, q_start, drawn=False)
-        reaction = self._add("reaction", SensorReaction(scene.sensor_joint))
+        reaction = self._add("reaction", SensorReaction, scene.sensor_joint)
         params = _core.RobotSideParams(
             proxy=scenario.robot_proxy,
             controller=scenario.controller,
@@ -184,16 +186,15 @@ class Station:
         )
         side = self._add(
             "robot_side",
-            RobotSide(
-                params,
-                model,
-                q_start,
-                scenario.sensor,
-                p_SE_S,
-                self._seeds["sensor"],
-            ),
+            RobotSide,
+            params,
+            model,
+            q_start,
+            scenario.sensor,
+            p_SE_S,
+            self._seeds["sensor"],
         )
-        truth = self._add("contact_truth", _ContactTruth(scene.tool_body))
+        truth = self._add("contact_truth", ContactTruthSystem, scene.tool_body)
         builder.Connect(
             scene.reaction_forces_port, reaction.GetInputPort("reaction_forces")
         )
@@ -213,7 +214,9 @@ class Station:
         if scenario.scheme == "dual_proxy":
             particle_filter = self._add(
                 "filter",
-                ForceSpaceParticleFilter(scenario.filter, self._seeds["filter"]),
+                ForceSpaceParticleFilter,
+                scenario.filter,
+                self._seeds["filter"],
             )
             for name in ("sensed_force", "velocity", "motion_force", "contact_force"):
                 self._connect(side, f"mean_{name}", particle_filter, name)
@@ -242,21 +245,21 @@ class Station:
         )
         if scenario.scheme == "dual_proxy":
             side = self._add(
-                "haptic_side", HapticSide(params, scenario.device, self._path)
+                "haptic_side", HapticSide, params, scenario.device, self._path
             )
             acting = device = side
         else:
-            side = self._add("haptic_side", HapticSide(params))
+            side = self._add("haptic_side", HapticSide, params)
             device = self._add(
-                "device", SimulatedHapticDevice(self._path, scenario.device)
+                "device", SimulatedHapticDevice, self._path, scenario.device
             )
             for name in ("device_pose", "device_velocity"):
                 self._connect(device, name, side, name)
             acting = self._add(
                 "position_force",
-                PositionForceHapticSide(
-                    scenario.position_force, scenario.scene.time_step
-                ),
+                PositionForceHapticSide,
+                scenario.position_force,
+                scenario.scene.time_step,
             )
             self._ports["position_force"] = acting.GetOutputPort("device_wrench")
             self._ports["position_force_link"] = acting.GetOutputPort("link_status")
@@ -272,22 +275,23 @@ class Station:
         step = self.scenario.scene.time_step
         to_robot = self._add(
             "to_robot",
-            CommunicationChannel(
-                link.channel, self._seeds["to_robot"], link.rate, step
-            ),
+            CommunicationChannel,
+            link.channel,
+            self._seeds["to_robot"],
+            link.rate,
+            step,
         )
         self._connect(self._haptic_side, "message", to_robot, "message")
         self._connect(to_robot, "message", self._robot_side, "haptic_message")
         dual_proxy = self.scenario.scheme == "dual_proxy"
         to_device = self._add(
             "to_device",
-            CommunicationChannel(
-                link.channel,
-                self._seeds["to_device"],
-                link.rate,
-                step,
-                _core.PoseMessage() if dual_proxy else _core.ForceMessage(),
-            ),
+            CommunicationChannel,
+            link.channel,
+            self._seeds["to_device"],
+            link.rate,
+            step,
+            _core.PoseMessage() if dual_proxy else _core.ForceMessage(),
         )
         self._connect(
             self._robot_side,
@@ -311,8 +315,8 @@ class Station:
         values = {
             name: data[side][:, where]
             for side, layout in (
-                ("robot", self._robot_side.layout),
-                ("device", self._haptic_side.layout),
+                ("robot", RobotSide.layout),
+                ("device", HapticSide.layout),
             )
             for name, where in layout.items()
         }

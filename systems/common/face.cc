@@ -13,8 +13,10 @@ RigidTransformd ToRigidTransform(const Pose& X) {
   if (X.R.allFinite() && X.R.determinant() > 0) {
     return RigidTransformd(RotationMatrixd::ProjectToRotationMatrix(X.R), X.p);
   }
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   return RigidTransformd(
-      Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+      RotationMatrixd::MakeUnchecked(Eigen::Matrix3d::Constant(kNan)),
+      Eigen::Vector3d::Constant(kNan));
 }
 
 Eigen::Matrix3d EvalMatrix(const drake::systems::InputPort<double>& port,

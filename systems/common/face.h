@@ -19,8 +19,8 @@ namespace dual_proxy {
 
 /** A pose as Drake's type, whatever the numbers: never throws. Drake asks more
 of a rotation (orthonormal to 3e-14) than the algorithms do; one that is not
-quite so is replaced by the nearest that is. What is no pose at all becomes a
-position that is not a number, which every algorithm refuses. */
+quite so is replaced by the nearest that is. What is no pose at all becomes one
+of numbers that are not, which every algorithm refuses. */
 drake::math::RigidTransformd ToRigidTransform(const Pose& X);
 
 /** Drake's pose as the algorithms' type. */
@@ -94,6 +94,8 @@ class Face : public drake::systems::LeafSystem<double> {
 
  protected:
   using Context = drake::systems::Context<double>;
+  /** The value of a vector port, to be written. */
+  using Vector = Eigen::Ref<Eigen::VectorXd>;
 
   explicit Face(Feedthrough feedthrough)
       : feedthrough_(feedthrough == Feedthrough::kYes) {}
@@ -131,9 +133,8 @@ class Face : public drake::systems::LeafSystem<double> {
   }
 
   /** `read(memory, vector)` writes the port's value. */
-  void DeclareVectorOutput(
-      const std::string& name, int size,
-      std::function<void(const Memory&, Eigen::Ref<Eigen::VectorXd>)> read) {
+  void DeclareVectorOutput(const std::string& name, int size,
+                           std::function<void(const Memory&, Vector)> read) {
     this->DeclareVectorOutputPort(
         name, drake::systems::BasicVector<double>(size),
         [this, read = std::move(read)](

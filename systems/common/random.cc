@@ -7,14 +7,26 @@
 
 namespace dual_proxy {
 
+namespace {
+
+// One step of splitmix64.
+std::uint64_t SplitMix(std::uint64_t* state) noexcept {
+  std::uint64_t z = *state += 0x9E3779B97F4A7C15ULL;
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
+  return z ^ (z >> 31);
+}
+
+}  // namespace
+
+std::uint64_t SplitSeed(std::uint64_t seed, std::uint64_t stream) noexcept {
+  // Twice, as neighbouring seeds and neighbouring streams must not meet.
+  std::uint64_t state = SplitMix(&seed) + stream;
+  return SplitMix(&state);
+}
+
 RandomStream::RandomStream(std::uint64_t seed) noexcept {
-  for (std::uint64_t& word : s_) {
-    seed += 0x9E3779B97F4A7C15ULL;
-    std::uint64_t z = seed;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
-    word = z ^ (z >> 31);
-  }
+  for (std::uint64_t& word : s_) word = SplitMix(&seed);
 }
 
 std::uint64_t RandomStream::Next() noexcept {

@@ -28,4 +28,7 @@ class RandomStream {
   bool has_spare_{false};
 };
 
+/** The seed of one of several independent streams that share a seed. */
+std::uint64_t SplitSeed(std::uint64_t seed, std::uint64_t stream) noexcept;
+
 }  // namespace dual_proxy

@@ -15,6 +15,16 @@ void LinkMonitorParams::Validate() const {
   ThrowUnlessPositive(who, "spike_threshold", spike_threshold);
 }
 
+Eigen::Matrix<double, kLinkStatusSize, 1> LinkStatusVector(
+    const LinkMonitorState& state) noexcept {
+  Eigen::Matrix<double, kLinkStatusSize, 1> vector;
+  vector << static_cast<double>(state.status), state.age,
+      static_cast<double>(state.received), static_cast<double>(state.dropped),
+      static_cast<double>(state.gaps), static_cast<double>(state.spikes),
+      static_cast<double>(state.losses);
+  return vector;
+}
+
 LinkMonitor::LinkMonitor(LinkMonitorParams params) : params_(params) {
   params_.Validate();
 }

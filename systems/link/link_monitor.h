@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <limits>
 
+#include <Eigen/Core>
+
 namespace dual_proxy {
 
 /** What a receiver knows about its link. */
@@ -45,6 +47,15 @@ struct LinkMonitorState {
   std::int64_t seen_sequence{-1};  ///< Of the last message looked at.
   double min_age{std::numeric_limits<double>::infinity()};  ///< On arrival, s.
 };
+
+/** Number of elements of a LinkStatusVector(). */
+inline constexpr int kLinkStatusSize = 7;
+
+/** What a `link_status` port shows of a link: status (the number of
+LinkStatus), age of the message in use (s), messages received, dropped (too old
+or out of order), sequence numbers skipped, latency spikes, times lost. */
+Eigen::Matrix<double, kLinkStatusSize, 1> LinkStatusVector(
+    const LinkMonitorState& state) noexcept;
 
 /** Decides, message by message, what may be acted on, and whether the link is
 alive (spec section 3, point 4).

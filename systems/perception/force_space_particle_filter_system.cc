@@ -4,7 +4,6 @@
 namespace dual_proxy {
 
 using State = ForceSpaceParticleFilterState;
-using Vector = Eigen::Ref<Eigen::VectorXd>;
 
 ForceSpaceParticleFilterSystem::ForceSpaceParticleFilterSystem(
     const ForceSpaceParticleFilterParams& params, std::uint64_t seed)

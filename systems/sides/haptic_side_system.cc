@@ -7,7 +7,6 @@ namespace dual_proxy {
 
 using drake::math::RigidTransformd;
 using Memory = HapticSideMemory;
-using Vector = Eigen::Ref<Eigen::VectorXd>;
 
 HapticSideSystem::HapticSideSystem(
     const HapticSideParams& params,

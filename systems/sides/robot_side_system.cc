@@ -8,7 +8,6 @@
 namespace dual_proxy {
 
 using Memory = RobotSideMemory;
-using Vector = Eigen::Ref<Eigen::VectorXd>;
 
 RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
                                  const ArmModelParams& arm,

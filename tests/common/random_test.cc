@@ -2,6 +2,8 @@
 #include "dual_proxy/common/random.h"
 
 #include <cmath>
+#include <cstdint>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -48,6 +50,17 @@ TEST(RandomStreamTest, MomentsOfUniformAndNormal) {
   EXPECT_NEAR(first, 0.0, 5 / std::sqrt(kSamples));
   EXPECT_NEAR(second, 1.0, 5 * std::sqrt(2.0 / kSamples));
   EXPECT_NEAR(fourth, 3.0, 5 * std::sqrt(96.0 / kSamples));
+}
+
+TEST(SplitSeedTest, StreamsAndSeedsDoNotMeet) {
+  std::set<std::uint64_t> seeds;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    for (std::uint64_t stream = 0; stream < 100; ++stream) {
+      seeds.insert(SplitSeed(seed, stream));
+    }
+  }
+  EXPECT_EQ(seeds.size(), 10000u);
+  EXPECT_EQ(SplitSeed(3, 2), SplitSeed(3, 2));
 }
 
 }  // namespace

@@ -12,6 +12,8 @@
 namespace dual_proxy {
 namespace {
 
+using StatusVector = Eigen::Matrix<double, kLinkStatusSize, 1>;
+
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 class LinkMonitorTest : public ::testing::Test {
@@ -184,6 +186,20 @@ TEST(LinkMonitorParamsTest, InvalidParametersAreNamed) {
   EXPECT_NE(message(&LinkMonitorParams::spike_threshold, kNan)
                 .find("`spike_threshold`"),
             std::string::npos);
+}
+
+TEST_F(LinkMonitorTest, StatusAsAVectorHasAllThatIsCounted) {
+  EXPECT_EQ(LinkStatusVector(state_),
+            (StatusVector() << 0, 0, 0, 0, 0, 0, 0).finished());
+  state_.status = LinkStatus::kLost;
+  state_.age = 0.25;
+  state_.received = 3;
+  state_.dropped = 4;
+  state_.gaps = 5;
+  state_.spikes = 6;
+  state_.losses = 7;
+  EXPECT_EQ(LinkStatusVector(state_),
+            (StatusVector() << 2, 0.25, 3, 4, 5, 6, 7).finished());
 }
 
 }  // namespace

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from dual_proxy.metrics import METRICS, compute_metrics
+from dual_proxy import _core
+from dual_proxy.metrics import METRICS, compute_metrics, normal_error_deg
 from dual_proxy.scenario import load_scenario
 
 # From the contact to the loss of it, s.
@@ -34,6 +35,16 @@ def test_keys_are_all_of_the_table_and_json_is_valid(measure):
     values = measure()
     assert list(values) == list(METRICS)
     assert json.loads(json.dumps(values, allow_nan=False)) == values
+
+
+def test_json_of_a_native_run_is_the_same_text(measure):
+    """As `Run.save` and its `json.dumps` write it."""
+    numbers = np.random.default_rng(1).integers(0, 2**64, 5000, np.uint64)
+    numbers = numbers.view(np.float64)
+    numbers = [*numbers[np.isfinite(numbers)].tolist(), 1e-4, 1e16, 0.1, 5.0, -0.0]
+    for values in (measure(), {f"number_{i}": x for i, x in enumerate(numbers)}, {}):
+        text = _core._metrics_json(list(values.items()))
+        assert text == json.dumps(values, indent=2, allow_nan=False) + "\n"
 
 
 def test_perfect_run(measure):
@@ -250,3 +261,12 @@ def test_a_log_cut_short_is_measured(scenario, make_log):
         assert values["wall_s"] is None
     assert values["contact_force_max_N"] == 6.5
     assert values["haptic_force_ac_N"] is None  # Not steady yet.
+
+
+def test_only_the_signals_that_are_needed_must_be_there(scenario, make_log):
+    log = make_log(scenario)
+    needed = ["contact_force", "contact_normal", "force_direction", "force_selection"]
+    columns = [c for c in log if c.startswith(tuple(needed)) or "dimension" in c]
+    np.testing.assert_array_equal(normal_error_deg(log[columns]), normal_error_deg(log))
+    with pytest.raises(ValueError, match="no signal `contact_force`"):
+        normal_error_deg(log.drop(columns="contact_force_x"))

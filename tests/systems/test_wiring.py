@@ -8,6 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Demultiplexer, LogVectorOutput, ZeroOrderHold
 
 from dual_proxy import _core, systems
+from dual_proxy.native import NativeTwin
 from dual_proxy.panda import PandaModel, SensorReaction, add_panda_scene, p_SE_S
 from dual_proxy.scenario import load_scenario
 from dual_proxy.station import build_station
@@ -64,6 +65,10 @@ class Separate:
         self.simulator.Initialize()
 
     def add(self, system):
+        # A face as the station adds it, in C++ where that is in use.
+        if isinstance(system, NativeTwin):
+            count = len(self.builder.GetSystems())
+            return system._join(self.builder, f"{type(system).__name__} {count}")
         return self.builder.AddSystem(system)
 
     def connect(self, source, output, target, port):
@@ -222,8 +227,11 @@ class Fused:
         self.station = station
         data = logged(station)
         self.logs = {name: data[name] for name in ("dimension", "force_direction")}
-        for name, system in (("robot", "robot_side"), ("device", "haptic_side")):
-            layout = station.diagram.GetSubsystemByName(system).layout
+        for name, side in (
+            ("robot", systems.RobotSide),
+            ("device", systems.HapticSide),
+        ):
+            layout = side.layout
             assert data[name].shape[1] == max(s.stop for s in layout.values())
             for signal, where in layout.items():
                 self.logs[signal] = data[name][:, where]
@@ -235,7 +243,7 @@ class Fused:
 def baseline_data(station):
     """What the tests want of the baseline's log."""
     data = logged(station)
-    layout = station.diagram.GetSubsystemByName("robot_side").layout
+    layout = systems.RobotSide.layout
     return {
         "sensed_force": data["robot"][:, layout["sensed_force"]],
         "force_selection": data["robot"][:, layout["force_selection"]],

@@ -5,9 +5,15 @@ The state of each is in the Context: a diagram can be reset, cloned and run
 again with the same bits. `RobotSide` and `HapticSide` do a whole side's work
 of a control period in one call; the others are its parts, for diagrams of your
 own.
+
+`X.add_to(builder, ...)` adds a system to a diagram, in C++ where this build has
+the C++ systems (`dual_proxy.native`); `X(...)` is always the one in Python.
+Systems of your own that take or give messages use `make_value`, `set_value` and
+`get_value`, which fit both.
 """
 
 from dual_proxy.systems._face import LINK_STATUS_FIELDS
+from dual_proxy.systems._values import get_value, make_value, set_value
 from dual_proxy.systems.control import (
     ArmKinematics,
     HapticController,
@@ -39,4 +45,7 @@ __all__ = [
     "RobotSideProxy",
     "SimulatedHapticDevice",
     "WindowMean",
+    "get_value",
+    "make_value",
+    "set_value",
 ]

@@ -16,6 +16,8 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import EventStatus, LeafSystem, ValueProducer
 
+from dual_proxy.native import NativeTwin
+
 Vector = NDArray[np.float64]
 
 # pydrake's type stubs name array types that no array has and call the values of
@@ -54,6 +56,7 @@ def _zeros(size: int) -> Vector:
 # When a face that has not stepped has stepped last.
 _NEVER: Any = np.array([-math.inf])
 _NO_POSITION: Any = np.full(3, math.nan)
+_NO_ROTATION: Any = RotationMatrix(np.full((3, 3), math.nan))
 
 
 class Memory:
@@ -87,7 +90,7 @@ class Stepped:
         return Stepped(copy(self.state), self.output)
 
 
-class Face(LeafSystem):
+class Face(NativeTwin, LeafSystem):
     """A system around one algorithm; it owns no mathematics.
 
     The algorithm's state is abstract state of the Context, so a diagram can be
@@ -245,15 +248,14 @@ def rigid_transform(p: Any, R: Any) -> RigidTransform:
 
     Drake asks more of a rotation (orthonormal to 3e-14) than the algorithms do;
     one that is not quite so is replaced by the nearest that is. What is no pose
-    at all becomes a position that is not a number, which every algorithm
-    refuses.
+    at all becomes one of numbers that are not, which every algorithm refuses.
     """
     try:
         return RigidTransform(RotationMatrix(R), p)
     except RuntimeError:
         if np.all(np.isfinite(R)) and np.linalg.det(R) > 0:
             return RigidTransform(RotationMatrix.ProjectToRotationMatrix(R), p)
-        return RigidTransform(_NO_POSITION)
+        return RigidTransform(_NO_ROTATION, _NO_POSITION)
 
 
 def check_positive(who: str, field: str, value: float) -> None:

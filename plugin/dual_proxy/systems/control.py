@@ -12,6 +12,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import LeafSystem
 
 from dual_proxy import _core
+from dual_proxy.native import NativeTwin
 from dual_proxy.panda import NUM_JOINTS, PandaModel, PandaTerms
 from dual_proxy.systems._face import (
     Context,
@@ -24,12 +25,13 @@ from dual_proxy.systems._face import (
     vector,
 )
 
+
 def model_terms(model: PandaModel, robot_state: Vector) -> PandaTerms:
     """Returns the model terms at [q; v], not numbers where the state is none."""
     return model.calc(robot_state[:NUM_JOINTS], robot_state[NUM_JOINTS:])
 
 
-class ArmKinematics(LeafSystem):
+class ArmKinematics(NativeTwin, LeafSystem):
     """Pose and twist of the tool point from the arm's state; no memory.
 
     @system
@@ -49,6 +51,7 @@ class ArmKinematics(LeafSystem):
     def __init__(self, model: PandaModel | None = None) -> None:
         super().__init__()
         self._model = model or PandaModel()
+        self._native_arguments = {"arm": self._model.arm_params}
         self._robot_state = self.DeclareVectorInputPort("robot_state", 2 * NUM_JOINTS)
         inputs = {self._robot_state.ticket()}
         self.DeclareAbstractOutputPort(
@@ -116,6 +119,10 @@ class OperationalSpaceController(Face):
         self._controller = _core.OperationalSpaceController(
             deepcopy(params or _core.OperationalSpaceControllerParams())
         )
+        self._native_arguments = {
+            "params": self._controller.params,
+            "arm": self._model.arm_params,
+        }
         declare = self.DeclareVectorInputPort
         self._robot_state = declare("robot_state", 2 * NUM_JOINTS)
         self._motion_error = declare("motion_error", 3)
@@ -190,6 +197,7 @@ class HapticController(Face):
         self._controller = _core.HapticController(
             deepcopy(params or _core.HapticControllerParams())
         )
+        self._native_arguments = {"params": self._controller.params}
         declare = self.DeclareVectorInputPort
         self._reference_force = declare("reference_force", 3)
         self._reference_moment = declare("reference_moment", 3)

@@ -48,6 +48,7 @@ class PoseSender(Face):
     def __init__(self, params: _core.PoseSenderParams | None = None) -> None:
         super().__init__(feedthrough=False)
         self._sender = _core.PoseSender(deepcopy(params or _core.PoseSenderParams()))
+        self._native_arguments = {"params": self._sender.params}
         self._pose = self._declare_pose_input("pose")
         self._force_selection = self.DeclareVectorInputPort("force_selection", 9)
         self._moment_selection = self.DeclareVectorInputPort("moment_selection", 9)
@@ -113,6 +114,13 @@ class CommunicationChannel(Face):
             if isinstance(model, _core.ForceMessage)
             else _core.CommunicationChannel(params)
         )
+        self._native_arguments = {
+            "params": params,
+            "seed": seed,
+            "rate": rate,
+            "period": period,
+            "message": model,
+        }
         self._message = self._declare_object_input("message", model)
         self._declare_memory(self._channel.make_state(seed), 1.0 / rate, _LOOK * period)
         self.DeclareAbstractOutputPort(

@@ -55,6 +55,7 @@ class ForceSpaceParticleFilter(Face):
         self._filter = _core.ForceSpaceParticleFilterAlgorithm(
             deepcopy(params or _core.ForceSpaceParticleFilterParams())
         )
+        self._native_arguments = {"params": self._filter.params, "seed": seed}
         self._inputs_3 = [
             self.DeclareVectorInputPort(name, 3)
             for name in ("sensed_force", "velocity", "motion_force", "contact_force")
@@ -110,6 +111,7 @@ class WindowMean(Face):
         super().__init__(feedthrough=False)
         check_positive("WindowMean", "period", period)
         self._mean = _core.WindowMean(window)
+        self._native_arguments = {"window": window, "period": period}
         self._value = self.DeclareVectorInputPort("value", 3)
         self._declare_memory(self._mean.make_state(), period)
         self._declare_vector_output("mean", 3, lambda state: state.mean)

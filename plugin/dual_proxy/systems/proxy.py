@@ -58,6 +58,7 @@ class RobotSideProxy(Face):
         self._proxy = _core.RobotSideProxy(
             deepcopy(params or _core.RobotSideProxyParams())
         )
+        self._native_arguments = {"params": self._proxy.params}
         self._message = self._declare_object_input(
             "haptic_message", _core.PoseMessage()
         )
@@ -125,6 +126,7 @@ class HapticSideProxy(Face):
         self._proxy = _core.HapticSideProxy(
             deepcopy(params or _core.HapticSideProxyParams())
         )
+        self._native_arguments = {"params": self._proxy.params}
         self._message = self._declare_object_input("robot_message", _core.PoseMessage())
         self._pose = self._declare_pose_input("device_pose")
         self._declare_memory(self._proxy.make_state(), self._proxy.params.period)
@@ -179,6 +181,7 @@ class PositionForceHapticSide(Face):
         self._side = _core.PositionForceHapticSide(
             deepcopy(params or _core.PositionForceHapticSideParams())
         )
+        self._native_arguments = {"params": self._side.params, "period": period}
         self._message = self._declare_object_input(
             "force_message", _core.ForceMessage()
         )

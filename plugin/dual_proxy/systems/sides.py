@@ -18,6 +18,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import EventStatus, LeafSystem
 
 from dual_proxy import _core
+from dual_proxy.native import NativeTwin
 from dual_proxy.panda import NUM_JOINTS, PandaModel
 from dual_proxy.systems._face import (
     Context,
@@ -46,14 +47,16 @@ def _check_period(who: str, name: str, period: float, control_period: float) -> 
         )
 
 
-class _Side(LeafSystem):
+class _Side(NativeTwin, LeafSystem):
     """What both sides share: the state in the Context, of the side and of the
     simulated hardware that it may hold, and all results of the last step as one
     vector, `signals`."""
 
-    def __init__(self, layout: dict[str, slice], period: float) -> None:
+    #: Of the port `signals`: name -> slice.
+    layout: dict[str, slice]
+
+    def __init__(self, period: float) -> None:
         super().__init__()
-        self.layout = layout
         self._period = period
 
     def _declare(self, side: object, hardware: object, acts: Any) -> None:
@@ -163,6 +166,8 @@ class RobotSide(_Side):
     seed : of the sensor's noise.
     """
 
+    layout = _core.RobotSide.output_layout()
+
     def __init__(
         self,
         params: _core.RobotSideParams | None = None,
@@ -173,15 +178,14 @@ class RobotSide(_Side):
         seed: int = 0,
     ) -> None:
         self._side = _core.RobotSide(deepcopy(params or _core.RobotSideParams()))
-        super().__init__(
-            self._side.output_layout(), self._side.params.controller.period
-        )
+        super().__init__(self._side.params.controller.period)
         declare = self.DeclareVectorInputPort
         self._message = self.DeclareAbstractInputPort(
             "haptic_message", AbstractValue.Make(_core.PoseMessage())
         )
         self._robot_state = declare("robot_state", 2 * NUM_JOINTS)
         self._sensor: Any = None
+        self._p_SE: Any = None
         sensor_state = None
         if sensor is None:
             self._sensed_wrench = declare("sensed_wrench", 6)
@@ -198,8 +202,16 @@ class RobotSide(_Side):
         self._model = model = model or PandaModel()
         torque: Any = np.zeros(NUM_JOINTS)
         if q_start is not None:
-            q = check_vector("RobotSide", "q_start", q_start, NUM_JOINTS)
-            torque = -model.calc(q, np.zeros(NUM_JOINTS)).gravity
+            q_start = check_vector("RobotSide", "q_start", q_start, NUM_JOINTS)
+            torque = -model.calc(q_start, np.zeros(NUM_JOINTS)).gravity
+        self._native_arguments = {
+            "params": self._side.params,
+            "arm": model.arm_params,
+            "q_start": q_start,
+            "sensor": None if self._sensor is None else self._sensor.params,
+            "p_SE": self._p_SE,
+            "seed": seed,
+        }
         self._declare(self._side.make_state(), sensor_state, ("torque", torque))
         self.DeclareAbstractOutputPort(
             "robot_pose",
@@ -291,6 +303,8 @@ class HapticSide(_Side):
         operator wants the handle.
     """
 
+    layout = _core.HapticSide.output_layout()
+
     def __init__(
         self,
         params: _core.HapticSideParams | None = None,
@@ -298,15 +312,14 @@ class HapticSide(_Side):
         path: _core.OperatorPath | None = None,
     ) -> None:
         self._side = _core.HapticSide(deepcopy(params or _core.HapticSideParams()))
-        super().__init__(
-            self._side.output_layout(), self._side.params.controller.period
-        )
+        super().__init__(self._side.params.controller.period)
         self._message = self.DeclareAbstractInputPort(
             "robot_message", AbstractValue.Make(_core.PoseMessage())
         )
         if (device is None) != (path is None):
             raise ValueError("HapticSide: `device` and `path` go together")
         self._path: Any = path
+        self._device: Any = None
         device_state = None
         if device is None:
             self._pose = self.DeclareAbstractInputPort(
@@ -317,6 +330,11 @@ class HapticSide(_Side):
             self._device = _core.SimulatedHapticDevice(deepcopy(device))
             _check_period("HapticSide", "device", device.period, self._period)
             device_state = self._device.make_state()
+        self._native_arguments = {
+            "params": self._side.params,
+            "device": None if self._device is None else self._device.params,
+            "path": path,
+        }
         start = self._side.make_state()
         self._declare(start, device_state, ("device_wrench", np.zeros(6)))
         self._declare_message("message", _core.PoseMessage(), "message")

@@ -58,6 +58,11 @@ class ForceTorqueSensor(Face):
         self._p_SE = check_vector(
             "ForceTorqueSensor", "p_SE", np.zeros(3) if p_SE is None else p_SE, 3
         )
+        self._native_arguments = {
+            "params": self._sensor.params,
+            "p_SE": self._p_SE,
+            "seed": seed,
+        }
         self._reaction = self.DeclareVectorInputPort("reaction", 6)
         self._pose = self._declare_pose_input("robot_pose")
         period = self._sensor.params.period
@@ -107,6 +112,7 @@ class SimulatedHapticDevice(Face):
             deepcopy(params or _core.SimulatedHapticDeviceParams())
         )
         self._path = path
+        self._native_arguments = {"path": path, "params": self._device.params}
         self._wrench = self.DeclareVectorInputPort("device_wrench", 6)
         self._declare_memory(self._device.make_state(), self._device.params.period)
         self._declare_pose_output("device_pose", lambda state: state.read_pose)

@@ -1,0 +1,485 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/experiment/metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <string_view>
+
+#include "dual_proxy/common/validate.h"
+#include "dual_proxy/experiment/number_text.h"
+#include "dual_proxy/experiment/quantile.h"
+
+namespace dual_proxy {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixX3d;
+using Eigen::RowVector3d;
+using Eigen::VectorXd;
+using Mask = Eigen::Array<bool, Eigen::Dynamic, 1>;
+
+/** True contact force above which the tool counts as touching, N. */
+constexpr double kContactForce = 0.5;
+/** True contact force below which a contact counts as lost, N. */
+constexpr double kLostForce = 0.05;
+/** A contact is new if there was none for so long before it, s. */
+constexpr double kNewContactPause = 0.1;
+/** The hand lifts when it moves out of the surface faster than this, m/s. */
+constexpr double kLiftSpeed = 1e-3;
+/** Contact is steady so long after 3 x delay, s. */
+constexpr double kSettlingTime = 1.0;
+/** Window of the moving average that the `_ac_` metrics remove, s. */
+constexpr double kAcWindow = 0.5;
+/** Times that differ by less are the same, s. */
+constexpr double kTimeTolerance = 1e-9;
+
+constexpr MetricDescription kMetrics[] = {
+    {"position_rms_free_m", "m",
+     "robot against mapped device during the interaction, in the true free "
+     "directions: RMS per axis of B, then the mean over the axes, each "
+     "weighted by how much of it was free"},
+    {"position_rms_free_delay_compensated_m", "m",
+     "the same, against the device as it was one delay ago"},
+    {"position_rms_contact_m", "m",
+     "robot against mapped device along the true normal, RMS"},
+    {"force_tracking_rms_N", "N",
+     "RMS of Omega_f (F_s - F_r) while the filter's dimension is not 0"},
+    {"haptic_force_rms_free_N", "N",
+     "RMS of the force on the hand in the true free directions during the "
+     "interaction"},
+    {"haptic_force_std_contact_N", "N",
+     "standard deviation of the force on the hand along the true normal in "
+     "steady contact"},
+    {"haptic_force_max_N", "N", "largest force on the hand"},
+    {"contact_force_max_N", "N", "largest true contact force"},
+    {"normal_error_mean_deg", "deg",
+     "angle between the filter's first direction and the true normal while "
+     "both are there; with two true normals or more, between their resultant "
+     "and the estimated force space"},
+    {"normal_error_p95_deg", "deg", "95th percentile of that angle"},
+    {"dimension_accuracy", "",
+     "share of the interaction with the true dimension, onset included"},
+    {"detection_latency_ms", "ms",
+     "from the onset of a contact until the filter's dimension is not 0 (or "
+     "the contact's end); mean over the onsets"},
+    {"contact_losses", "",
+     "times the true contact broke while the hand was pressing"},
+    {"haptic_force_ac_N", "N",
+     "RMS of the force on the hand in steady contact, less its moving average "
+     "over 0.5 s"},
+    {"contact_force_ac_N", "N", "the same of the true contact force"},
+    {"observed_energy_min_J", "J",
+     "least energy that the passivity observer saw"},
+    {"link_messages_dropped", "",
+     "messages refused by both sides: too old or out of order"},
+    {"finite", "", "no NaN or infinity anywhere in the log"},
+    {"sim_s", "s", "simulated time"},
+    {"wall_s", "s", "time it took"},
+    {"real_time_factor", "", "sim_s / wall_s"},
+};
+
+using Values = std::map<std::string_view, MetricValue>;
+
+/** Rows [begin, end) of a log. */
+struct Interval {
+  Index begin{0};
+  Index end{0};
+
+  Index size() const { return end - begin; }
+};
+
+/** Each run of true. */
+std::vector<Interval> FindIntervals(const Mask& mask) {
+  std::vector<Interval> intervals;
+  for (Index i = 0; i < mask.size(); ++i) {
+    if (!mask(i)) continue;
+    if (intervals.empty() || intervals.back().end < i) {
+      intervals.push_back({i, i});
+    }
+    intervals.back().end = i + 1;
+  }
+  return intervals;
+}
+
+/** The first row whose time is `at` or later. */
+Index FindRow(const VectorXd& time, double at) {
+  return std::lower_bound(time.begin(), time.end(), at) - time.begin();
+}
+
+Mask FindTouching(const RunLog& log) {
+  return log.Signal<3>("contact_force").rowwise().norm().array() >
+         kContactForce;
+}
+
+Matrix3d SelectionAt(const RunLog& log, Index row) {
+  const Eigen::RowVector<double, 9> selection =
+      log.Signal<9>("force_selection").row(row);
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
+      selection.data());
+}
+
+/** When the tool really touches, when the hand presses, along which normal. */
+struct Truth {
+  Mask touching;
+  /** Of the last contact so far; zero before the first. */
+  MatrixX3d normal;
+  /** [contact, lift) of each time that the hand presses. */
+  std::vector<Interval> presses;
+  /** [start, lift) of steady contact. */
+  std::vector<Interval> steady;
+};
+
+Truth FindTruth(const RunLog& log, const MetricsParams& params) {
+  const VectorXd& time = log.time;
+  const auto contact_normal = log.Signal<3>("contact_normal");
+  const auto robot = log.Signal<3>("robot_position");
+  const MatrixX3d hand =
+      MapDevicePositions(params.map, log.Signal<3>("hand_position"));
+  Truth truth{FindTouching(log), MatrixX3d::Zero(time.size(), 3), {}, {}};
+  Mask pressing = Mask::Constant(time.size(), false);
+  Index last = -1;  // Row of the last contact.
+  for (Index i = 0; i < time.size(); ++i) {
+    if (truth.touching(i)) last = i;
+    if (last < 0) continue;
+    truth.normal.row(i) = contact_normal.row(last);
+    pressing(i) = truth.normal.row(i).dot(hand.row(i) - robot.row(last)) > 0;
+  }
+  const auto lifts = [&](Index i) {
+    if (i == 0) return false;
+    const RowVector3d step = hand.row(i) - hand.row(i - 1);
+    return truth.normal.row(i).dot(step) / (time(i) - time(i - 1)) <
+           -kLiftSpeed;
+  };
+  for (const Interval& press : FindIntervals(pressing)) {
+    Index contact = press.begin;
+    while (contact < press.end && !truth.touching(contact)) ++contact;
+    if (contact == press.end) continue;
+    Index lift = press.end;
+    if (lift < time.size()) {
+      while (lift > contact && lifts(lift - 1)) --lift;
+    }
+    truth.presses.push_back({contact, lift});
+    const double settled = time(contact) + 3 * params.delay + kSettlingTime;
+    const Index start = FindRow(time, settled - kTimeTolerance);
+    if (start < lift) truth.steady.push_back({start, lift});
+  }
+  return truth;
+}
+
+/** Root of the mean of squares over the rows of `mask`. */
+double CalcRms(const VectorXd& values, const Mask& mask) {
+  return std::sqrt(mask.select(values.array().square(), 0.0).sum() /
+                   static_cast<double>(mask.count()));
+}
+
+/** RMS per axis of the part orthogonal to the normal, mean over the axes. */
+MetricValue CalcFreeRms(const MatrixX3d& error, const Truth& truth) {
+  RowVector3d squares = RowVector3d::Zero();
+  RowVector3d share = RowVector3d::Zero();
+  for (Index i = 0; i < error.rows(); ++i) {
+    if (!truth.touching(i)) continue;
+    const RowVector3d normal = truth.normal.row(i);
+    const RowVector3d free = error.row(i) - error.row(i).dot(normal) * normal;
+    squares += free.cwiseAbs2();
+    share.array() += 1.0 - normal.array().square();
+  }
+  const double total = share.sum();
+  if (!(total > 0)) return {};
+  const RowVector3d rms =
+      squares.cwiseQuotient(share.cwiseMax(1e-9 * total)).cwiseSqrt();
+  return share.dot(rms) / total;
+}
+
+/** Rows of a signal as they were `delay` ago, linear between samples. */
+MatrixX3d Delayed(const VectorXd& time, const MatrixX3d& values, double delay) {
+  MatrixX3d result(values.rows(), 3);
+  Index j = 0;
+  for (Index i = 0; i < values.rows(); ++i) {
+    const double then = time(i) - delay;
+    while (j + 1 < values.rows() && time(j + 1) <= then) ++j;
+    result.row(i) = values.row(j);
+    if (then > time(j)) {
+      const RowVector3d slope =
+          (values.row(j + 1) - values.row(j)) / (time(j + 1) - time(j));
+      result.row(i) += slope * (then - time(j));
+    }
+  }
+  return result;
+}
+
+/** The rows of an interval less their centred mean over kAcWindow, or over what
+there is of it at the ends. */
+MatrixX3d RemoveMovingAverage(const VectorXd& time, const MatrixX3d& values,
+                              const Interval& interval) {
+  MatrixX3d total = MatrixX3d::Zero(interval.size() + 1, 3);
+  for (Index i = 0; i < interval.size(); ++i) {
+    total.row(i + 1) = total.row(i) + values.row(interval.begin + i);
+  }
+  MatrixX3d result(interval.size(), 3);
+  const VectorXd span = time.segment(interval.begin, interval.size());
+  constexpr double kHalf = kAcWindow / 2;
+  for (Index i = 0; i < interval.size(); ++i) {
+    const Index first = FindRow(span, span(i) - kHalf - kTimeTolerance);
+    const Index last = FindRow(span, span(i) + kHalf + kTimeTolerance);
+    result.row(i) =
+        values.row(interval.begin + i) - (total.row(last) - total.row(first)) /
+                                             static_cast<double>(last - first);
+  }
+  return result;
+}
+
+/** RMS over steady contact of a force less its moving average. */
+double CalcAcRms(const VectorXd& time, const MatrixX3d& force,
+                 const Truth& truth) {
+  double squares = 0;
+  Index count = 0;
+  for (const Interval& interval : truth.steady) {
+    squares += RemoveMovingAverage(time, force, interval).squaredNorm();
+    count += interval.size();
+  }
+  return std::sqrt(squares / static_cast<double>(count));
+}
+
+/** Standard deviation over steady contact. */
+double CalcSteadyStd(const VectorXd& values, const Truth& truth) {
+  double sum = 0;
+  Index count = 0;
+  for (const Interval& interval : truth.steady) {
+    sum += values.segment(interval.begin, interval.size()).sum();
+    count += interval.size();
+  }
+  const double mean = sum / static_cast<double>(count);
+  double squares = 0;
+  for (const Interval& interval : truth.steady) {
+    squares += (values.segment(interval.begin, interval.size()).array() - mean)
+                   .square()
+                   .sum();
+  }
+  return std::sqrt(squares / static_cast<double>(count));
+}
+
+int CountContactLosses(const RunLog& log, const Truth& truth) {
+  const VectorXd force = log.Signal<3>("contact_force").rowwise().norm();
+  int losses = 0;
+  for (const Interval& press : truth.presses) {
+    bool touches = false;
+    // Between the two forces it stays as it was.
+    for (Index i = press.begin; i < press.end; ++i) {
+      if (force(i) > kContactForce) {
+        touches = true;
+      } else if (force(i) < kLostForce) {
+        losses += touches;
+        touches = false;
+      }
+    }
+  }
+  return losses;
+}
+
+/** The intervals of contact, joined over pauses too short to count. */
+std::vector<Interval> FindContacts(const VectorXd& time, const Mask& touching) {
+  std::vector<Interval> contacts;
+  for (const Interval& interval : FindIntervals(touching)) {
+    if (!contacts.empty() &&
+        time(interval.begin) - time(contacts.back().end - 1) <
+            kNewContactPause) {
+      contacts.back().end = interval.end;
+    } else {
+      contacts.push_back(interval);
+    }
+  }
+  return contacts;
+}
+
+double CalcDetectionLatencyMs(const RunLog& log, const Truth& truth) {
+  const auto dimension = log.Signal<1>("dimension");
+  const std::vector<Interval> contacts = FindContacts(log.time, truth.touching);
+  double sum = 0;
+  for (const Interval& contact : contacts) {
+    Index found = contact.begin;
+    while (found + 1 < contact.end && !(dimension(found) > 0)) ++found;
+    sum += log.time(found) - log.time(contact.begin);
+  }
+  return 1e3 * (sum / static_cast<double>(contacts.size()));
+}
+
+void AddPositionMetrics(const RunLog& log, const MetricsParams& params,
+                        const Truth& truth, Values* values) {
+  if (!truth.touching.any()) return;
+  const auto robot = log.Signal<3>("robot_position");
+  const MatrixX3d device =
+      MapDevicePositions(params.map, log.Signal<3>("device_position"));
+  const MatrixX3d error = robot - device;
+  values->at("position_rms_free_m") = CalcFreeRms(error, truth);
+  values->at("position_rms_free_delay_compensated_m") =
+      CalcFreeRms(robot - Delayed(log.time, device, params.delay), truth);
+  values->at("position_rms_contact_m") =
+      CalcRms(error.cwiseProduct(truth.normal).rowwise().sum(), truth.touching);
+}
+
+void AddForceMetrics(const RunLog& log, const MetricsParams& params,
+                     const Truth& truth, Values* values) {
+  const MatrixX3d device_force = log.Signal<3>("device_force");
+  const MatrixX3d contact_force = log.Signal<3>("contact_force");
+  values->at("haptic_force_max_N") =
+      device_force.rowwise().norm().maxCoeff<Eigen::PropagateNaN>();
+  values->at("contact_force_max_N") =
+      contact_force.rowwise().norm().maxCoeff<Eigen::PropagateNaN>();
+  values->at("observed_energy_min_J") =
+      log.Signal<1>("observed_energy").minCoeff<Eigen::PropagateNaN>();
+
+  const Mask active = log.Signal<1>("dimension").array() > 0;
+  if (active.any()) {
+    const MatrixX3d error =
+        log.Signal<3>("sensed_force") - log.Signal<3>("reference_force");
+    VectorXd selected(error.rows());
+    for (Index i = 0; i < error.rows(); ++i) {
+      selected(i) = (SelectionAt(log, i) * error.row(i).transpose()).norm();
+    }
+    values->at("force_tracking_rms_N") = CalcRms(selected, active);
+  }
+
+  // The true normal in the device's frame D.
+  const MatrixX3d normal_D = truth.normal * params.map.R_DB.transpose();
+  const VectorXd along = device_force.cwiseProduct(normal_D).rowwise().sum();
+  if (truth.touching.any()) {
+    const MatrixX3d free = device_force - along.asDiagonal() * normal_D;
+    values->at("haptic_force_rms_free_N") =
+        CalcRms(free.rowwise().norm(), truth.touching);
+  }
+  if (!truth.steady.empty()) {
+    values->at("haptic_force_std_contact_N") = CalcSteadyStd(along, truth);
+    values->at("haptic_force_ac_N") = CalcAcRms(log.time, device_force, truth);
+    values->at("contact_force_ac_N") =
+        CalcAcRms(log.time, contact_force, truth);
+  }
+}
+
+void AddPerceptionMetrics(const RunLog& log, const MetricsParams& params,
+                          const Truth& truth, Values* values) {
+  if (!params.has_filter || !truth.touching.any()) return;
+  const Mask right = log.Signal<1>("dimension").array() ==
+                     log.Signal<1>("contact_dimension").array();
+  values->at("dimension_accuracy") =
+      static_cast<double>((right && truth.touching).count()) /
+      static_cast<double>(truth.touching.count());
+  std::vector<double> errors;
+  for (const double error : CalcNormalErrorDeg(log)) {
+    if (std::isfinite(error)) errors.push_back(error);
+  }
+  if (!errors.empty()) {
+    const auto error = Eigen::Map<const VectorXd>(
+        errors.data(), static_cast<Index>(errors.size()));
+    values->at("normal_error_mean_deg") = error.mean();
+    values->at("normal_error_p95_deg") = CalcQuantile(error, 0.95);
+  }
+  values->at("detection_latency_ms") = CalcDetectionLatencyMs(log, truth);
+}
+
+void AddCounts(const RunLog& log, const Truth& truth, Values* values) {
+  values->at("contact_losses") = CountContactLosses(log, truth);
+  const double dropped = log.Signal<1>("robot_link_dropped").tail<1>()(0) +
+                         log.Signal<1>("haptic_link_dropped").tail<1>()(0);
+  if (std::isfinite(dropped)) {
+    values->at("link_messages_dropped") = static_cast<std::int64_t>(dropped);
+  }
+}
+
+std::string ValueJson(const MetricValue& value) {
+  if (const auto* flag = std::get_if<bool>(&value)) {
+    return *flag ? "true" : "false";
+  }
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+    return std::to_string(*integer);
+  }
+  const auto* number = std::get_if<double>(&value);
+  return number && std::isfinite(*number) ? ShortestText(*number) : "null";
+}
+
+}  // namespace
+
+std::span<const MetricDescription> MetricDescriptions() { return kMetrics; }
+
+void MetricsParams::Validate() const {
+  map.Validate();
+  ThrowUnlessNonNegative("MetricsParams", "delay", delay);
+}
+
+Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
+                       std::optional<double> wall_s) {
+  log.Validate();
+  params.Validate();
+  const Index n = log.time.size();
+  const double sim_s = n > 0 ? log.time(n - 1) : 0;  // Starts at 0.
+  Values values;
+  for (const MetricDescription& metric : kMetrics) values[metric.key];
+  values.at("finite") = log.values.allFinite();
+  values.at("sim_s") = sim_s;
+  if (wall_s) {
+    values.at("wall_s") = *wall_s;
+    values.at("real_time_factor") = sim_s / *wall_s;
+  }
+  if (n > 1) {
+    const Truth truth = FindTruth(log, params);
+    AddPositionMetrics(log, params, truth, &values);
+    AddForceMetrics(log, params, truth, &values);
+    AddPerceptionMetrics(log, params, truth, &values);
+    AddCounts(log, truth, &values);
+  }
+  Metrics metrics;
+  for (const MetricDescription& metric : kMetrics) {
+    MetricValue value = values.at(metric.key);
+    const auto* number = std::get_if<double>(&value);
+    if (number && !std::isfinite(*number)) value = {};
+    metrics.emplace_back(metric.key, value);
+  }
+  return metrics;
+}
+
+std::string MetricsJson(const Metrics& metrics) {
+  std::string text = "{";
+  for (const auto& [key, value] : metrics) {
+    text += text.size() > 1 ? ",\n" : "\n";
+    text += "  \"" + key + "\": " + ValueJson(value);
+  }
+  return text + (metrics.empty() ? "}\n" : "\n}\n");
+}
+
+VectorXd CalcNormalErrorDeg(const RunLog& log) {
+  const auto normal = log.Signal<3>("contact_normal");
+  const auto direction = log.Signal<3>("force_direction");
+  const auto true_dimension = log.Signal<1>("contact_dimension");
+  const auto dimension = log.Signal<1>("dimension");
+  const Mask touching = FindTouching(log);
+  VectorXd error = VectorXd::Constant(log.time.size(),
+                                      std::numeric_limits<double>::quiet_NaN());
+  for (Index i = 0; i < error.size(); ++i) {
+    if (!touching(i) || !(dimension(i) > 0) || !(normal.row(i).norm() > 0.5)) {
+      continue;
+    }
+    const double cosine =
+        true_dimension(i) > 1
+            ? (SelectionAt(log, i) * normal.row(i).transpose()).norm()
+            : std::abs(direction.row(i).dot(normal.row(i)));
+    error(i) = std::acos(std::min(cosine, 1.0)) * (180.0 / std::numbers::pi);
+  }
+  return error;
+}
+
+MatrixX3d MapDevicePositions(const WorkspaceMapParams& map,
+                             const Eigen::Ref<const MatrixX3d>& x_D) {
+  const WorkspaceMap workspace_map(map);
+  MatrixX3d x_B(x_D.rows(), 3);
+  for (Index i = 0; i < x_D.rows(); ++i) {
+    x_B.row(i) =
+        workspace_map.RobotProxy(x_D.row(i).transpose(), Matrix3d::Identity())
+            .p.transpose();
+  }
+  return x_B;
+}
+
+}  // namespace dual_proxy

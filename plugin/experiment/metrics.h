@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "dual_proxy/experiment/run_log.h"
+#include "dual_proxy/proxy/workspace_map.h"
+
+namespace dual_proxy {
+
+/** @file
+What a run is judged by, from its log and a few values of its scenario.
+
+All truth comes from the simulator's contacts, never from the filter. The
+*interaction* is the time with a true contact force above 0.5 N; true free
+directions are those orthogonal to the true contact normal. The *hand presses*
+while its intended position lies beyond the surface that was touched last.
+*Steady contact* runs from first contact + 3 x delay + 1 s until the hand begins
+to lift; where the hand presses several times, each time counts. */
+
+/** What a metric means. */
+struct MetricDescription {
+  const char* key;
+  const char* unit;  ///< Empty if it has none.
+  const char* description;
+};
+
+/** Every metric, in order: the keys of metrics.json. */
+std::span<const MetricDescription> MetricDescriptions();
+
+/** A metric that cannot be given is std::monostate (null in JSON): there was
+no contact, or a value that it needs is not finite. `finite` says whether the
+latter happened. */
+using MetricValue = std::variant<std::monostate, bool, std::int64_t, double>;
+
+/** Key and value of each of MetricDescriptions, in its order. */
+using Metrics = std::vector<std::pair<std::string, MetricValue>>;
+
+/** What metrics need to know of a scenario. */
+struct MetricsParams {
+  /** Between the device's and the robot's workspace. */
+  WorkspaceMapParams map;
+  /** One-way delay of the link, s, >= 0. */
+  double delay{0};
+  /** Whether the scheme has a force-space particle filter, which can be right
+  or wrong; the metrics of perception are null without it. */
+  bool has_filter{true};
+
+  /** @throws std::invalid_argument naming the field. */
+  void Validate() const;
+};
+
+/** Computes every metric.
+@param log of any length, with the signals `hand_position`, `device_position`,
+  `device_force`, `robot_position`, `reference_force`, `sensed_force`,
+  `contact_force`, `contact_normal`, `contact_dimension`, `dimension`,
+  `force_direction`, `force_selection`, `observed_energy`, `robot_link_dropped`
+  and `haptic_link_dropped`.
+@param wall_s how long the run took, s, if that is known.
+@throws std::invalid_argument if `log` or `params` is invalid. */
+Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
+                       std::optional<double> wall_s = {});
+
+/** The text of metrics.json. */
+std::string MetricsJson(const Metrics& metrics);
+
+/** The angle between estimated and true normal at each row of a log: deg, in
+[0, 90], NaN where there is no true contact or no estimate. With two true
+normals or more it is that between their resultant and the estimated force
+space. */
+Eigen::VectorXd CalcNormalErrorDeg(const RunLog& log);
+
+/** Maps device positions, one per row, m, in D, to the robot, in B, eq. (1). */
+Eigen::MatrixX3d MapDevicePositions(
+    const WorkspaceMapParams& map,
+    const Eigen::Ref<const Eigen::MatrixX3d>& x_D);
+
+}  // namespace dual_proxy

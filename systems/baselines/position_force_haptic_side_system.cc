@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/baselines/position_force_haptic_side_system.h"
+
+#include "dual_proxy/common/validate.h"
+
+namespace dual_proxy {
+
+using State = PositionForceHapticSideState;
+
+PositionForceHapticSideSystem::PositionForceHapticSideSystem(
+    const PositionForceHapticSideParams& params, double period)
+    : Face(Feedthrough::kYes), side_(params) {
+  ThrowUnlessPositive("PositionForceHapticSideSystem", "period", period);
+  DeclareValueInput<ForceMessage>("force_message");
+  DeclareMemory(side_.MakeState(), period);
+  DeclareVectorOutput("device_wrench", 6,
+                      [](const State& state, Vector wrench) {
+                        wrench << state.reference_force, 0, 0, 0;
+                      });
+  DeclareVectorOutput("link_status", kLinkStatusSize,
+                      [](const State& state, Vector status) {
+                        status = LinkStatusVector(state.link);
+                      });
+}
+
+void PositionForceHapticSideSystem::Step(const Context& context,
+                                         State* state) const {
+  side_.Update(context.get_time(),
+               get_force_message_input_port().Eval<ForceMessage>(context),
+               state);
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "dual_proxy/common/face.h"
+#include "dual_proxy/link/communication_channel.h"
+
+namespace dual_proxy {
+
+/** A link with delay, jitter, loss and reordering, one way:
+CommunicationChannel as a system.
+
+@system
+name: CommunicationChannelSystem
+input_ports:
+- message
+output_ports:
+- message
+@endsystem
+
+Input port: `message`, abstract Message: the sender's newest.
+
+Output port: `message`, abstract Message: the newest that has arrived, the empty
+one (sequence -1) before the first arrival.
+
+A message that the sender makes in a step at t is there for the receiver's first
+step after t + delay: with the delay a multiple of the control period, always
+one step later, as if the delay were zero and the two sides were neighbours. For
+that the channel looks for a new message between two steps, 0.6 periods after
+each multiple of 1/`rate`: the sender, which starts at time 0, has then taken
+its step nearest to it. What has arrived is a function of time, so the output
+needs no step in between. It is without feedthrough.
+
+@tparam Message PoseMessage or ForceMessage. */
+template <class Message>
+class CommunicationChannelSystem final
+    : public Face<CommunicationChannelState<Message>> {
+ public:
+  using typename Face<CommunicationChannelState<Message>>::InputPort;
+  using typename Face<CommunicationChannelState<Message>>::OutputPort;
+
+  /** @param params delay and its disturbances.
+  @param seed of jitter and loss.
+  @param rate Hz, > 0, how often the input is looked at: the sender's rate.
+  @param period s, > 0, of the two sides' steps.
+  @throws std::invalid_argument if one of them is invalid. */
+  explicit CommunicationChannelSystem(
+      const CommunicationChannelParams& params = {}, std::uint64_t seed = 0,
+      double rate = 50, double period = 0.001);
+
+  const InputPort& get_message_input_port() const {
+    return this->get_input_port(0);
+  }
+  const OutputPort& get_message_output_port() const {
+    return this->get_output_port(0);
+  }
+
+ private:
+  using typename Face<CommunicationChannelState<Message>>::Context;
+
+  void Step(const Context& context,
+            CommunicationChannelState<Message>* state) const override;
+  void CalcMessage(const Context& context, Message* message) const;
+
+  CommunicationChannel<Message> channel_;
+};
+
+extern template class CommunicationChannelSystem<PoseMessage>;
+extern template class CommunicationChannelSystem<ForceMessage>;
+
+}  // namespace dual_proxy

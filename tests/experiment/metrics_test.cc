@@ -1,0 +1,482 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/experiment/metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "validation_error.h"
+
+namespace dual_proxy {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::RowVector3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+/** Contact lasts from here to there; the hand begins to lift before its end. */
+constexpr double kContactStart = 3;
+constexpr double kContactEnd = 16.2;
+constexpr double kLift = 16;
+constexpr double kContactHeight = 0.41;
+constexpr double kDepth = 0.04;
+constexpr double kForce = 6.5;
+
+const SignalSlice kSignals[] = {
+    {"hand_position", 0, 3},       {"device_position", 3, 3},
+    {"device_force", 6, 3},        {"robot_position", 9, 3},
+    {"reference_force", 12, 3},    {"sensed_force", 15, 3},
+    {"contact_force", 18, 3},      {"contact_normal", 21, 3},
+    {"contact_dimension", 24, 1},  {"dimension", 25, 1},
+    {"force_direction", 26, 3},    {"force_selection", 29, 9},
+    {"observed_energy", 38, 1},    {"robot_link_dropped", 39, 1},
+    {"haptic_link_dropped", 40, 1}};
+
+/** Height of the hand: down, below the surface, and up again. */
+double HandHeight(double time) {
+  constexpr double kDown = kContactHeight - kDepth;
+  constexpr double kUp = 0.48;
+  const double down = std::clamp((kContactStart - time) / 2, 0.0, 1.0);
+  const double up = std::clamp((time - kLift) / 0.4, 0.0, 1.0);
+  return kDown + (kUp - kDown) * (down + up);
+}
+
+/** A run that presses on a table along -z, without any error: every metric is
+known by hand. Tests change what they are about. */
+class MetricsTest : public testing::Test {
+ protected:
+  MetricsTest() {
+    params_.map.p_cw = Vector3d(0.45, 0, 0.48);
+    constexpr int kRows = 20001;
+    log_.time = VectorXd::LinSpaced(kRows, 0, 20);
+    log_.signals.assign(std::begin(kSignals), std::end(kSignals));
+    log_.values.setZero(kRows, 41);
+    SetPositions();
+    for (int i = 0; i < kRows; ++i) {
+      if (!Touching(i)) continue;
+      Column("contact_force", 2)(i) = -kForce;
+      Column("contact_normal", 2)(i) = -1;
+      Column("contact_dimension")(i) = 1;
+      Column("dimension")(i) = 1;
+      Column("force_direction", 2)(i) = -1;
+      Column("force_selection", 8)(i) = 1;
+    }
+  }
+
+  void SetPositions() {
+    for (int i = 0; i < log_.time.size(); ++i) {
+      const WorkspaceMap map(params_.map);
+      const Vector3d hand(0.45, 0, HandHeight(log_.time(i)));
+      const Vector3d robot(0.45, 0, std::max(hand.z(), kContactHeight));
+      Columns("hand_position").row(i) =
+          map.HapticProxy(hand, Matrix3d::Identity()).p.transpose();
+      Columns("device_position").row(i) =
+          map.HapticProxy(robot, Matrix3d::Identity()).p.transpose();
+      Columns("robot_position").row(i) = robot.transpose();
+    }
+  }
+
+  /** One column of a signal. */
+  Eigen::MatrixXd::ColXpr Column(const std::string& name, int component = 0) {
+    return log_.values.col(StartOf(name) + component);
+  }
+
+  /** A signal of three. */
+  Eigen::MatrixXd::NColsBlockXpr<3>::Type Columns(const std::string& name) {
+    return log_.values.middleCols<3>(StartOf(name));
+  }
+
+  static int StartOf(const std::string& name) {
+    for (const SignalSlice& slice : kSignals) {
+      if (slice.name == name) return slice.start;
+    }
+    throw std::logic_error(name);
+  }
+
+  bool Touching(int row) const {
+    // With half a sample of tolerance.
+    return log_.time(row) > kContactStart - 5e-4 &&
+           log_.time(row) < kContactEnd - 5e-4;
+  }
+
+  /** The row at a time. */
+  static int At(double time) {
+    return static_cast<int>(std::lround(1000 * time));
+  }
+
+  MetricValue Value(const std::string& key) const {
+    for (const auto& [name, value] : ComputeMetrics(log_, params_, 4.0)) {
+      if (name == key) return value;
+    }
+    throw std::logic_error(key);
+  }
+
+  double Number(const std::string& key) const {
+    return std::get<double>(Value(key));
+  }
+
+  bool IsNull(const std::string& key) const {
+    return std::holds_alternative<std::monostate>(Value(key));
+  }
+
+  std::int64_t Count(const std::string& key) const {
+    return std::get<std::int64_t>(Value(key));
+  }
+
+  RunLog log_;
+  MetricsParams params_;
+};
+
+TEST_F(MetricsTest, KeysAreAllOfTheTableInOrder) {
+  const Metrics metrics = ComputeMetrics(log_, params_);
+  ASSERT_EQ(metrics.size(), MetricDescriptions().size());
+  EXPECT_EQ(metrics.size(), 21u);
+  for (std::size_t i = 0; i < metrics.size(); ++i) {
+    EXPECT_EQ(metrics[i].first, MetricDescriptions()[i].key);
+  }
+  EXPECT_EQ(metrics.front().first, "position_rms_free_m");
+  EXPECT_EQ(metrics.back().first, "real_time_factor");
+}
+
+TEST_F(MetricsTest, PerfectRun) {
+  for (const char* key :
+       {"position_rms_free_m", "position_rms_free_delay_compensated_m",
+        "position_rms_contact_m", "force_tracking_rms_N",
+        "haptic_force_rms_free_N", "haptic_force_std_contact_N",
+        "haptic_force_max_N", "normal_error_mean_deg", "normal_error_p95_deg",
+        "detection_latency_ms", "haptic_force_ac_N", "contact_force_ac_N",
+        "observed_energy_min_J"}) {
+    EXPECT_NEAR(Number(key), 0, 1e-12) << key;
+  }
+  EXPECT_EQ(Number("dimension_accuracy"), 1);
+  EXPECT_EQ(Number("contact_force_max_N"), kForce);
+  EXPECT_EQ(Count("contact_losses"), 0);
+  EXPECT_EQ(Count("link_messages_dropped"), 0);
+  EXPECT_EQ(std::get<bool>(Value("finite")), true);
+  EXPECT_EQ(Number("sim_s"), 20);
+  EXPECT_EQ(Number("wall_s"), 4);
+  EXPECT_EQ(Number("real_time_factor"), 5);
+}
+
+TEST_F(MetricsTest, PositionErrorIsSplitByTheTrueNormal) {
+  Columns("robot_position").rowwise() += RowVector3d(0.003, -0.001, 0.012);
+  // Free motion is no part of it.
+  Columns("robot_position").topRows(At(2.9)).array() += 0.5;
+  // RMS of x and of y, then their mean; z is the contact.
+  EXPECT_NEAR(Number("position_rms_free_m"), 0.002, 1e-12);
+  EXPECT_NEAR(Number("position_rms_contact_m"), 0.012, 1e-12);
+}
+
+TEST_F(MetricsTest, ATiltedNormalSharesTheAxes) {
+  const RowVector3d normal(0.6, 0, -0.8);
+  const RowVector3d free(0.8, 0, 0.6);
+  Columns("contact_normal").rowwise() = normal;
+  Columns("robot_position").rowwise() += 0.01 * normal + 0.02 * free;
+  // Along z it is 0.36 free: 0.02 * 0.6 / sqrt(0.36); along x alike with 0.64;
+  // y is wholly free, without error. Weights 0.64, 1, 0.36.
+  EXPECT_NEAR(Number("position_rms_free_m"), 0.02 * (0.64 + 0.36) / 2, 1e-12);
+  EXPECT_NEAR(Number("position_rms_contact_m"), 0.01, 1e-12);
+}
+
+TEST_F(MetricsTest, DelayCompensationRemovesExactlyTheDelay) {
+  params_.delay = 0.1505;  // Between two samples.
+  const auto x = [](const VectorXd& time) -> VectorXd {
+    return 0.02 * time.array().sin();
+  };
+  Column("device_position", 0) = x(log_.time) / params_.map.scale;
+  Column("robot_position", 0) =
+      0.45 + x(log_.time.array() - params_.delay).array();
+  // What linear interpolation over 1 ms leaves: 0.02 * 1e-6 / 8.
+  EXPECT_LT(Number("position_rms_free_delay_compensated_m"), 3e-9);
+  // 0.02 * 0.15 * cos(t), RMS over whole periods 0.0021, halved by axis y.
+  EXPECT_NEAR(Number("position_rms_free_m"), 0.00106, 5e-5);
+}
+
+TEST_F(MetricsTest, RotatedDeviceFrameChangesNothing) {
+  params_.map.R_DB << 0, 1, 0, -1, 0, 0, 0, 0, 1;
+  params_.map.scale = 1.7;
+  SetPositions();
+  Columns("robot_position").rowwise() += RowVector3d(0.003, -0.001, 0.012);
+  Columns("device_force").rowwise() =
+      RowVector3d(1, -2, 3) * params_.map.R_DB.transpose();
+  EXPECT_NEAR(Number("position_rms_free_m"), 0.002, 1e-12);
+  EXPECT_NEAR(Number("position_rms_contact_m"), 0.012, 1e-12);
+  EXPECT_NEAR(Number("haptic_force_rms_free_N"), std::sqrt(5.0), 1e-12);
+}
+
+TEST_F(MetricsTest, ForceTrackingLooksAtForceSpaceOnly) {
+  Columns("sensed_force").rowwise() = RowVector3d(5, 5, -7);
+  Column("reference_force", 2).setConstant(-6.5);
+  EXPECT_NEAR(Number("force_tracking_rms_N"), 0.5, 1e-12);
+  // A selection is row by row: x of the force appears along z.
+  Column("force_selection", 6).setConstant(1);
+  EXPECT_NEAR(Number("force_tracking_rms_N"), 4.5, 1e-12);
+}
+
+TEST_F(MetricsTest, HapticForceOfKnownDeviation) {
+  for (int i = 0; i < log_.time.size(); ++i) {
+    const double square = i % 100 < 50 ? 1 : -1;
+    Columns("device_force").row(i) = RowVector3d(0.6, 0.8, 6 + 0.3 * square);
+  }
+  Columns("device_force").row(0) << 0, 11, 0;  // Before contact.
+  EXPECT_NEAR(Number("haptic_force_rms_free_N"), 1, 1e-12);
+  // Steady contact lasts whole periods, from 4 s to 16 s, and one sample.
+  EXPECT_NEAR(Number("haptic_force_std_contact_N"), 0.3, 1e-8);
+  EXPECT_NEAR(Number("haptic_force_ac_N"), 0.3, 0.006);
+  EXPECT_EQ(Number("haptic_force_max_N"), 11);
+}
+
+TEST_F(MetricsTest, AcIsTheRmsOfASineLessItsMovingAverage) {
+  // In three axes; its mean over any 0.501 s is below 0.1 % of it.
+  for (int i = 0; i < log_.time.size(); ++i) {
+    const double sine = std::sin(2 * kPi * 50 * log_.time(i));
+    Columns("device_force").row(i) = RowVector3d(1, 2, 2) * sine;
+    Columns("contact_force").row(i) += RowVector3d(0, 0.5, 0) * sine;
+  }
+  EXPECT_NEAR(Number("haptic_force_ac_N"), 3 / std::sqrt(2.0), 0.005);
+  EXPECT_NEAR(Number("contact_force_ac_N"), 0.5 / std::sqrt(2.0), 0.001);
+}
+
+TEST_F(MetricsTest, AcRemovesASlowRamp) {
+  Column("device_force", 2) = log_.time;
+  // Only the half windows at both ends remain: at most 0.125 N, 4 % of 12 s.
+  EXPECT_LT(Number("haptic_force_ac_N"), 0.03);
+  EXPECT_NEAR(Number("haptic_force_std_contact_N"), 12 / std::sqrt(12.0), 0.01);
+}
+
+TEST_F(MetricsTest, SteadyContactBeginsAfterTheDelayAndEndsWithTheLift) {
+  const auto ac_of_disturbance = [this](double time) {
+    Column("device_force", 0).setZero();
+    Column("device_force", 0).segment(At(time), 20).setConstant(5);
+    return Number("haptic_force_ac_N");
+  };
+  for (const double delay : {0.0, 1.5}) {
+    params_.delay = delay;
+    const double start = kContactStart + 3 * delay + 1;
+    EXPECT_LT(ac_of_disturbance(start - 0.021), 1e-9) << delay;
+    EXPECT_GT(ac_of_disturbance(start), 0.1) << delay;
+    EXPECT_GT(ac_of_disturbance(kLift - 0.021), 0.1) << delay;
+    EXPECT_LT(ac_of_disturbance(kLift + 0.001), 1e-9) << delay;
+  }
+  params_.delay = 5;
+  EXPECT_TRUE(IsNull("haptic_force_ac_N"));
+  EXPECT_TRUE(IsNull("haptic_force_std_contact_N"));
+}
+
+TEST_F(MetricsTest, NormalErrorHasNoSignAndCountsOnlyRealContact) {
+  const double angle = 10 * kPi / 180;
+  Columns("force_direction").rowwise() =
+      RowVector3d(std::sin(angle), 0, std::cos(angle));
+  Column("dimension").setConstant(1);
+  EXPECT_NEAR(Number("normal_error_mean_deg"), 10, 1e-12);
+  EXPECT_NEAR(Number("normal_error_p95_deg"), 10, 1e-12);
+  const VectorXd error = CalcNormalErrorDeg(log_);
+  EXPECT_TRUE(std::isnan(error(At(2.999))));
+  EXPECT_NEAR(error(At(3)), 10, 1e-12);
+  EXPECT_TRUE(std::isnan(error(At(16.2))));
+  Column("dimension")(At(5)) = 0;
+  EXPECT_TRUE(std::isnan(CalcNormalErrorDeg(log_)(At(5))));
+}
+
+TEST_F(MetricsTest, PercentileIsLinear) {
+  // Angles that grow evenly from 0 to 40 deg over the contact.
+  const int first = At(kContactStart);
+  const int last = At(kContactEnd) - 1;
+  for (int i = first; i <= last; ++i) {
+    const double angle = 40 * kPi / 180 * (i - first) / (last - first);
+    Columns("force_direction").row(i) << std::sin(angle), 0, -std::cos(angle);
+  }
+  EXPECT_NEAR(Number("normal_error_mean_deg"), 20, 1e-9);
+  EXPECT_NEAR(Number("normal_error_p95_deg"), 38, 1e-9);
+}
+
+TEST_F(MetricsTest, TwoTrueNormalsAreComparedWithTheForceSpace) {
+  for (int i = At(kContactStart); i < At(kContactEnd); ++i) {
+    Column("contact_dimension")(i) = 2;
+    Column("dimension")(i) = 2;
+    Columns("contact_normal").row(i) << 0.6, 0, -0.8;
+    Column("force_selection", 0)(i) = 1;
+  }
+  EXPECT_NEAR(Number("normal_error_mean_deg"), 0, 1e-5);
+  EXPECT_EQ(Number("dimension_accuracy"), 1);
+  Column("force_selection", 0).setZero();
+  EXPECT_NEAR(Number("normal_error_mean_deg"), std::acos(0.8) * 180 / kPi,
+              1e-9);
+}
+
+TEST_F(MetricsTest, LateDetectionCostsAccuracy) {
+  Column("dimension").head(At(3.132)).setZero();
+  EXPECT_NEAR(Number("detection_latency_ms"), 132, 1e-9);
+  EXPECT_NEAR(Number("dimension_accuracy"), 1 - 0.132 / 13.2, 1e-12);
+}
+
+TEST_F(MetricsTest, LatencyIsTheMeanOverTheOnsets) {
+  // Two contacts, found after 100 ms and 20 ms; a bounce of 15 ms is no onset.
+  Columns("contact_force").middleRows(At(3.005), 15).setZero();
+  Columns("contact_force").middleRows(At(10), 200).setZero();
+  Column("dimension").head(At(3.1)).setZero();
+  Column("dimension").segment(At(10), 220).setZero();
+  EXPECT_NEAR(Number("detection_latency_ms"), 60, 1e-9);
+  // Never found: until the contact's last sample, 5.999 s after its onset.
+  Column("dimension").tail(20001 - At(10)).setZero();
+  EXPECT_NEAR(Number("detection_latency_ms"), (100 + 5999) / 2.0, 1e-9);
+}
+
+TEST_F(MetricsTest, ContactLossesCountWhileTheHandPresses) {
+  for (const double time : {5.0, 7.0}) {
+    Columns("contact_force").middleRows(At(time), 20).setZero();
+  }
+  EXPECT_EQ(Count("contact_losses"), 2);
+  // Not lost, only light; then lost, once, though it trembles.
+  Column("contact_force", 2).segment(At(9), 20).setConstant(-0.3);
+  EXPECT_EQ(Count("contact_losses"), 2);
+  Column("contact_force", 2)(At(9) + 5) = 0;
+  Column("contact_force", 2)(At(9) + 10) = 0;
+  EXPECT_EQ(Count("contact_losses"), 3);
+  // The hand has begun to lift.
+  Columns("contact_force").middleRows(At(16.1), 20).setZero();
+  EXPECT_EQ(Count("contact_losses"), 3);
+}
+
+TEST_F(MetricsTest, EachPressCounts) {
+  // The hand lifts for a while at 8 s; contact is lost 50 ms after it began to.
+  for (int i = At(8); i < At(10); ++i) {
+    const double lift = 0.1 * std::min(log_.time(i) - 8, 0.5);
+    Column("hand_position", 2)(i) += lift / params_.map.scale;
+    if (log_.time(i) > 8.05) Columns("contact_force").row(i).setZero();
+  }
+  EXPECT_EQ(Count("contact_losses"), 0);
+  // Steady from 4 s to 8 s and from 11 s to 16 s.
+  Column("device_force", 2).segment(At(4), 4000).setConstant(1);
+  EXPECT_NEAR(Number("haptic_force_std_contact_N"), std::sqrt(20.0) / 9, 1e-3);
+}
+
+TEST_F(MetricsTest, EnergyAndDroppedMessages) {
+  Column("observed_energy")(7000) = -0.25;
+  Column("robot_link_dropped").tail(20).setConstant(3);
+  Column("haptic_link_dropped").tail(10).setConstant(4);
+  EXPECT_EQ(Number("observed_energy_min_J"), -0.25);
+  EXPECT_EQ(Count("link_messages_dropped"), 7);
+}
+
+TEST_F(MetricsTest, NoContactGivesNullWhereThereIsNothingToMeasure) {
+  Columns("contact_force").setZero();
+  Columns("contact_normal").setZero();
+  Column("dimension").setZero();
+  EXPECT_EQ(Number("contact_force_max_N"), 0);
+  EXPECT_EQ(Count("contact_losses"), 0);
+  for (const char* key :
+       {"position_rms_free_m", "position_rms_free_delay_compensated_m",
+        "position_rms_contact_m", "force_tracking_rms_N",
+        "haptic_force_rms_free_N", "haptic_force_std_contact_N",
+        "normal_error_mean_deg", "normal_error_p95_deg", "dimension_accuracy",
+        "detection_latency_ms", "haptic_force_ac_N", "contact_force_ac_N"}) {
+    EXPECT_TRUE(IsNull(key)) << key;
+  }
+}
+
+TEST_F(MetricsTest, WithoutAFilterThereIsNoPerception) {
+  params_.has_filter = false;
+  for (const char* key : {"normal_error_mean_deg", "normal_error_p95_deg",
+                          "dimension_accuracy", "detection_latency_ms"}) {
+    EXPECT_TRUE(IsNull(key)) << key;
+  }
+  EXPECT_EQ(Count("contact_losses"), 0);
+  EXPECT_NEAR(Number("haptic_force_std_contact_N"), 0, 1e-12);
+}
+
+TEST_F(MetricsTest, NotFiniteIsReportedAndBecomesNull) {
+  for (const double bad : {kNaN, std::numeric_limits<double>::infinity()}) {
+    Column("device_force", 0)(5000) = bad;
+    EXPECT_EQ(std::get<bool>(Value("finite")), false);
+    for (const char* key :
+         {"haptic_force_max_N", "haptic_force_rms_free_N",
+          "haptic_force_std_contact_N", "haptic_force_ac_N"}) {
+      EXPECT_TRUE(IsNull(key)) << key << bad;
+    }
+    EXPECT_EQ(Number("contact_force_max_N"), kForce);
+    EXPECT_EQ(Number("dimension_accuracy"), 1);
+  }
+  Column("robot_link_dropped").tail<1>()(0) = kNaN;
+  EXPECT_TRUE(IsNull("link_messages_dropped"));
+}
+
+TEST_F(MetricsTest, ALogCutShortIsMeasured) {
+  for (const int rows : {3500, 2, 1, 0}) {
+    log_.time.conservativeResize(rows);
+    log_.values.conservativeResize(rows, Eigen::NoChange);
+    EXPECT_EQ(std::get<bool>(Value("finite")), true);
+    EXPECT_NEAR(Number("sim_s"), std::max(rows - 1, 0) * 1e-3, 1e-12);
+    EXPECT_TRUE(IsNull("haptic_force_ac_N")) << "not steady yet";
+    if (rows == 3500) {
+      EXPECT_EQ(Number("contact_force_max_N"), kForce);
+      EXPECT_EQ(Number("dimension_accuracy"), 1);
+    } else {
+      EXPECT_TRUE(IsNull("dimension_accuracy"));
+    }
+  }
+}
+
+TEST_F(MetricsTest, TimeThatItTookMayBeUnknown) {
+  for (const std::optional<double> wall_s :
+       {std::optional<double>(), std::optional<double>(0)}) {
+    const Metrics metrics = ComputeMetrics(log_, params_, wall_s);
+    EXPECT_EQ(metrics.back().second, MetricValue());
+  }
+}
+
+TEST_F(MetricsTest, InvalidInputIsNamed) {
+  const auto error = [this] {
+    return InvalidArgument([this] { ComputeMetrics(log_, params_); });
+  };
+  params_.delay = -1;
+  EXPECT_EQ(error(),
+            "MetricsParams: field `delay` expected a finite value >= 0, got "
+            "-1");
+  params_.delay = 0;
+  params_.map.scale = 0;
+  EXPECT_EQ(error(),
+            "WorkspaceMapParams: field `scale` expected a finite value > 0, "
+            "got 0");
+  params_.map.scale = 1;
+  log_.signals.pop_back();
+  EXPECT_EQ(error(), "RunLog: there is no signal `haptic_link_dropped`");
+  log_.time(1) = 0;
+  EXPECT_EQ(error(),
+            "RunLog: field `time` expected strictly increasing times, got 0");
+}
+
+TEST(MetricsJsonTest, LooksAsPythonWritesIt) {
+  EXPECT_EQ(MetricsJson({{"number", 0.1},
+                         {"whole", 20.0},
+                         {"small", 1e-5},
+                         {"count", std::int64_t{-3}},
+                         {"yes", true},
+                         {"no", false},
+                         {"none", MetricValue()},
+                         {"nan", kNaN}}),
+            "{\n"
+            "  \"number\": 0.1,\n"
+            "  \"whole\": 20.0,\n"
+            "  \"small\": 1e-05,\n"
+            "  \"count\": -3,\n"
+            "  \"yes\": true,\n"
+            "  \"no\": false,\n"
+            "  \"none\": null,\n"
+            "  \"nan\": null\n"
+            "}\n");
+  EXPECT_EQ(MetricsJson({}), "{}\n");
+}
+
+}  // namespace
+}  // namespace dual_proxy
