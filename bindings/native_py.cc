@@ -33,6 +33,8 @@
 #include "dual_proxy/sides/robot_side_system.h"
 #include "dual_proxy/simulation/force_torque_sensor_system.h"
 #include "dual_proxy/simulation/simulated_haptic_device_system.h"
+#include "dual_proxy/station/contact_truth_system.h"
+#include "dual_proxy/station/sensor_reaction_system.h"
 #include "params.h"
 
 namespace dual_proxy {
@@ -309,6 +311,20 @@ PYBIND11_MODULE(_native, m) {
       },
       py::arg("builder"), py::arg("name"), py::arg("params"), py::arg("device"),
       py::arg("path"));
+  m.def(
+      "add_SensorReaction",
+      [](const py::object& builder, const std::string& name, int sensor_joint) {
+        Add<SensorReactionSystem>(builder, name,
+                                  drake::multibody::JointIndex(sensor_joint));
+      },
+      py::arg("builder"), py::arg("name"), py::arg("sensor_joint"));
+  m.def(
+      "add_ContactTruthSystem",
+      [](const py::object& builder, const std::string& name, int tool_body) {
+        Add<ContactTruthSystem>(builder, name,
+                                drake::multibody::BodyIndex(tool_body));
+      },
+      py::arg("builder"), py::arg("name"), py::arg("tool_body"));
 }
 
 }  // namespace dual_proxy

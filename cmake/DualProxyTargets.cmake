@@ -54,11 +54,12 @@ function(dual_proxy_add_gtest name)
   set_tests_properties(${name} PROPERTIES TIMEOUT 120)
 endfunction()
 
-# dual_proxy_add_drake_gtest(name_test) is the same for a test of Drake faces; it
-# does nothing where Drake was not found.
+# dual_proxy_add_drake_gtest(name_test) is dual_proxy_add_gtest() with the Drake
+# faces and the label "drake"; it does nothing where Drake was not found.
 function(dual_proxy_add_drake_gtest name)
   if(TARGET dual_proxy_drake)
     dual_proxy_add_gtest(${name})
     target_link_libraries(${name} PRIVATE dual_proxy_drake)
+    set_tests_properties(${name} PROPERTIES LABELS drake)
   endif()
 endfunction()

@@ -21,7 +21,6 @@ from __future__ import annotations
 import copy
 import importlib.resources
 import math
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -29,7 +28,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.common.value import Value
-from pydrake.geometry import AddContactMaterial, Box, ProximityProperties, SceneGraph
+from pydrake.geometry import (
+    AddContactMaterial,
+    Box,
+    Cylinder,
+    ProximityProperties,
+    SceneGraph,
+    Shape,
+    Sphere,
+)
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.multibody.math import SpatialForce
@@ -44,7 +51,11 @@ from pydrake.multibody.plant import (
 )
 from pydrake.multibody.tree import (
     BodyIndex,
+    FixedOffsetFrame,
     ModelInstanceIndex,
+    RotationalInertia,
+    SpatialInertia,
+    WeldJoint,
 )
 from pydrake.solvers import Solve
 from pydrake.systems.framework import (
@@ -58,7 +69,13 @@ from pydrake.systems.framework import (
 
 from dual_proxy._core import ArmModel, ArmModelParams
 from dual_proxy.native import NativeTwin
-from dual_proxy.panda_params import TOOL_MASS, BoxParams, PandaSceneParams
+from dual_proxy.panda_params import (
+    TIP_RADIUS,
+    TOOL_COM_S,
+    TOOL_MASS,
+    BoxParams,
+    PandaSceneParams,
+)
 
 __all__ = [
     "JOINT_LOWER",
@@ -114,11 +131,29 @@ _CONTACT_APPROXIMATIONS = {
     "sap": DiscreteContactApproximation.kSap,
 }
 
-# Drake looks for its URDF extensions under this very prefix.
-ElementTree.register_namespace("drake", "http://drake.mit.edu")
+# The flange, where the sensor's frame S is, in panda_link7, m.
+_p_7S = _constant([0.0, 0.0, 0.107])
+# What is beyond the flange (the sensor's own moving half, the shaft, the tip)
+# has these moments of inertia about its centre of mass, along the axes of S,
+# kg m^2, when its mass is TOOL_MASS.
+_TOOL_MOMENTS = (0.00019, 0.00019, 0.00008)
+_DARK = _constant([0.16, 0.17, 0.19, 1.0])
+_STEEL = _constant([0.66, 0.69, 0.73, 1.0])
+# What is drawn of sensor and tool: name, shape, its centre along z of S (m),
+# colour.
+_TOOL_VISUALS: tuple[tuple[str, Shape, float, Any], ...] = (
+    ("sensor", Cylinder(0.0375, 0.03), 0.015, _DARK),
+    ("collar", Cylinder(0.03, 0.008), 0.034, _STEEL),
+    ("shaft", Cylinder(0.006, 0.062), 0.069, _STEEL),
+    ("ball", Sphere(TIP_RADIUS), 0.1, _DARK),
+)
 
 # Normals closer together than this count as one direction (sine of 10 deg).
 _SIN_INDEPENDENT = math.sin(math.radians(10.0))
+
+
+def _translation(p: Any) -> RigidTransform:
+    return RigidTransform(p)
 
 
 def box_pose(box: BoxParams) -> RigidTransform:
@@ -169,67 +204,42 @@ class PandaScene:
         return self.plant.get_contact_results_output_port()
 
 
-def _panda_urdf(
-    tool_mass: float = TOOL_MASS,
-    params: PandaSceneParams | None = None,
-    drawn: bool = False,
-) -> str:
-    """Returns the URDF with the tool's mass and contact properties set."""
-    source = importlib.resources.files(__package__).joinpath("models/panda.urdf")
-    text = source.read_text(encoding="utf-8")
-    root = ElementTree.fromstring(text)
-    tool = root.find("link[@name='tool']")
-    assert tool is not None
-    inertial = tool.find("inertial")
-    assert inertial is not None
-    mass = inertial.find("mass")
-    inertia = inertial.find("inertia")
-    assert mass is not None
-    assert inertia is not None
-    scale = tool_mass / float(mass.attrib["value"])
-    mass.set("value", repr(float(tool_mass)))
-    for key, value in inertia.attrib.items():
-        inertia.set(key, repr(float(value) * scale))
-    if not drawn:
-        for link in root.iter("link"):
-            for visual in link.findall("visual"):
-                link.remove(visual)
-    if params is not None:
-        properties = tool.find("collision/{*}proximity_properties")
-        assert properties is not None
-        values = _contact_values(params)
-        for element in properties:
-            name = element.tag.rpartition("}")[2]
-            element.set("value", repr(values[name]))
-    return ElementTree.tostring(root, encoding="unicode")
+def _add_arm(plant: Any, tool_mass: float) -> ModelInstanceIndex:
+    """Adds the arm, standing on the world, with sensor and tool.
+
+    Its visuals come along if the plant is registered with a scene graph.
+    """
+    urdf = importlib.resources.files(__package__).joinpath("models/panda.urdf")
+    (arm,) = Parser(plant).AddModelsFromString(urdf.read_text("utf-8"), "urdf")
+    scale = tool_mass / TOOL_MASS
+    inertia = RotationalInertia(*(moment * scale for moment in _TOOL_MOMENTS))
+    com: Any = TOOL_COM_S
+    tool = plant.AddRigidBody(
+        "tool", arm, SpatialInertia.MakeFromCentralInertia(tool_mass, com, inertia)
+    ).body_frame()
+    link7 = plant.GetFrameByName("panda_link7", arm)
+    flange = plant.AddFrame(FixedOffsetFrame("flange", link7, _translation(_p_7S)))
+    plant.AddJoint(WeldJoint("ft_sensor", flange, tool, RigidTransform()))
+    plant.AddFrame(FixedOffsetFrame("tool_point", tool, _translation(p_SE_S)))
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("panda_link0", arm))
+    return arm
 
 
-def _contact_values(params: PandaSceneParams) -> dict[str, float]:
+def _proximity_properties(params: PandaSceneParams) -> ProximityProperties:
     """Contact properties of one body; tool and surfaces each carry them.
 
     Drake combines two bodies' stiffness in series, adds their relaxation
     times, and takes the stiffness-weighted mean of their Hunt-Crossley
     coefficients and the harmonic mean of their frictions.
     """
-    return {
-        "point_contact_stiffness": 2.0 * params.contact_stiffness,
-        "hunt_crossley_dissipation": float(params.contact_dissipation),
-        "relaxation_time": params.relaxation_time / 2.0,
-        "mu_static": float(params.friction),
-        "mu_dynamic": float(params.friction),
-    }
-
-
-def _proximity_properties(params: PandaSceneParams) -> ProximityProperties:
-    values = _contact_values(params)
     properties = ProximityProperties()
     AddContactMaterial(
-        dissipation=values["hunt_crossley_dissipation"],
-        point_stiffness=values["point_contact_stiffness"],
-        friction=CoulombFriction(values["mu_static"], values["mu_dynamic"]),
+        dissipation=params.contact_dissipation,
+        point_stiffness=2.0 * params.contact_stiffness,
+        friction=CoulombFriction(params.friction, params.friction),
         properties=properties,
     )
-    properties.AddProperty("material", "relaxation_time", values["relaxation_time"])
+    properties.AddProperty("material", "relaxation_time", params.relaxation_time / 2.0)
     return properties
 
 
@@ -264,7 +274,7 @@ def add_panda_scene(
         raise ValueError(
             f"add_panda_scene: `q_start` expected shape (7,), got {q_start.shape}"
         )
-    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, params.time_step)
+    plant: Any = MultibodyPlant(params.time_step)
     plant.set_name("panda")
     plant.set_contact_model(ContactModel.kPoint)
     plant.set_discrete_contact_approximation(
@@ -272,11 +282,22 @@ def add_panda_scene(
     )
     plant.SetUseSampledOutputPorts(True)
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -params.gravity])
-    (arm,) = Parser(plant).AddModelsFromString(
-        _panda_urdf(params.tool_mass, params, drawn), "urdf"
-    )
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("panda_link0", arm))
+    # Without a scene graph, the plant takes no visuals from the URDF.
+    if drawn:
+        _, scene_graph = AddMultibodyPlantSceneGraph(builder, plant)
+        arm = _add_arm(plant, params.tool_mass)
+    else:
+        arm = _add_arm(plant, params.tool_mass)
+        _, scene_graph = AddMultibodyPlantSceneGraph(builder, plant)
+    tool = plant.GetBodyByName("tool", arm)
+    if drawn:
+        for name, shape, height, color in _TOOL_VISUALS:
+            X_SG = _translation([0.0, 0.0, height])
+            plant.RegisterVisualGeometry(tool, X_SG, shape, name, color)
     properties = _proximity_properties(params)
+    plant.RegisterCollisionGeometry(
+        tool, _translation(p_SE_S), Sphere(TIP_RADIUS), "tip", properties
+    )
     for box in params.all_boxes():
         X_BBox = box_pose(box)
         shape = Box(*box.size)
@@ -294,7 +315,7 @@ def add_panda_scene(
         scene_graph=scene_graph,
         params=params,
         arm=arm,
-        tool_body=plant.GetBodyByName("tool", arm).index(),
+        tool_body=tool.index(),
         sensor_joint=int(plant.GetJointByName("ft_sensor", arm).index()),
     )
 
@@ -515,9 +536,7 @@ class PandaModel:
         plant: Any = MultibodyPlant(0.0)
         self._plant = plant
         plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -checked.gravity])
-        Parser(plant).AddModelsFromString(_panda_urdf(checked.tool_mass), "urdf")
-        base = plant.GetFrameByName("panda_link0")
-        plant.WeldFrames(plant.world_frame(), base)
+        _add_arm(plant, checked.tool_mass)
         plant.Finalize()
         self._world = plant.world_frame()
         self._tool_point = plant.GetFrameByName("tool_point")

@@ -128,8 +128,8 @@ def inertials():
     """(mass, centre of mass, inertia about it) of links 1 to 7 and the tool."""
     root = ElementTree.parse(URDF).getroot()
     result = []
-    for name in [*(f"panda_link{i}" for i in range(1, 8)), "tool"]:
-        inertial = root.find(f"link[@name='{name}']/inertial")
+    for number in range(1, 8):
+        inertial = root.find(f"link[@name='panda_link{number}']/inertial")
         xyz = np.array([float(x) for x in inertial.find("origin").get("xyz").split()])
         i = {k: float(x) for k, x in inertial.find("inertia").attrib.items()}
         result.append(
@@ -145,7 +145,8 @@ def inertials():
                 ),
             )
         )
-    return result
+    tool = (TOOL_MASS, np.array(TOOL_COM_S), np.diag([0.00019, 0.00019, 0.00008]))
+    return [*result, tool]
 
 
 INERTIALS = inertials()
@@ -340,6 +341,38 @@ def test_limits_of_joints_and_actuators():
         for i in range(plant.num_actuators())
     ]
     assert np.array_equal(limits, TORQUE_LIMIT)
+
+
+def test_what_is_not_drawn_has_no_visuals():
+    for drawn in (True, False):
+        scene = add_panda_scene(DiagramBuilder(), drawn=drawn)
+        inspector = scene.scene_graph.model_inspector()
+        bodies = {
+            scene.plant.GetBodyFromFrameId(inspector.GetFrameId(visual)).name()
+            for visual in inspector.GetAllGeometryIds(Role.kIllustration)
+        }
+        everything = {f"panda_link{i}" for i in range(8)} | {"tool", "world"}
+        assert bodies == (everything if drawn else set())
+        # The frames of the bodies are there all the same.
+        assert inspector.num_frames() == len(everything)
+
+
+def test_the_physics_are_the_same_drawn_or_not():
+    params = PandaSceneParams(table_height=0.3)
+    states = []
+    for drawn in (True, False):
+        builder = DiagramBuilder()
+        scene = add_panda_scene(builder, params, Q_REST, drawn)
+        simulator = Simulator(builder.Build())
+        context = scene.plant.GetMyMutableContextFromRoot(
+            simulator.get_mutable_context()
+        )
+        scene.actuation_port.FixValue(context, np.zeros(7))
+        simulator.AdvanceTo(0.2)
+        results = scene.contact_results_port.Eval(context)
+        assert contact_truth(results, scene.tool_body).dimension == 1
+        states.append(scene.state_port.Eval(context))
+    assert np.array_equal(*states)
 
 
 def test_only_the_tip_and_the_boxes_can_touch():

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Runs a scenario natively and writes metrics.json, as `dual-proxy run` does:
+//
+//     plane examples/scenarios/plane.yaml OUT_DIR [DELAY_S]
+#include <chrono>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <string>
+
+#include <drake/systems/analysis/simulator.h>
+#include <drake/systems/framework/diagram_builder.h>
+
+#include "dual_proxy/experiment/metrics.h"
+#include "dual_proxy/station/teleop_station.h"
+
+namespace {
+
+void Run(const std::string& scenario_path, const std::string& out_dir,
+         const std::string& delay) {
+  dual_proxy::Scenario scenario = dual_proxy::LoadScenario(scenario_path);
+  if (!delay.empty()) scenario.link.channel.delay = std::stod(delay);
+
+  drake::systems::DiagramBuilder<double> builder;
+  const dual_proxy::TeleopStation station =
+      dual_proxy::AddTeleopStation(&builder, scenario);
+  const auto diagram = builder.Build();
+  drake::systems::Simulator<double> simulator(*diagram);
+  simulator.Initialize();
+
+  const auto begin = std::chrono::steady_clock::now();
+  simulator.AdvanceTo(scenario.CalcRunDuration());
+  const std::chrono::duration<double> wall =
+      std::chrono::steady_clock::now() - begin;
+
+  const dual_proxy::Metrics metrics = dual_proxy::ComputeMetrics(
+      MakeRunLog(station, simulator.get_context()),
+      MakeMetricsParams(scenario), wall.count());
+  std::filesystem::create_directories(out_dir);
+  std::ofstream file(out_dir + "/metrics.json");
+  file << MetricsJson(metrics);
+  if (!file.flush()) {
+    throw std::runtime_error("cannot write " + out_dir + "/metrics.json");
+  }
+}
+
+}  // namespace
+
+int main(int argc, char* argv[]) {
+  if (argc != 3 && argc != 4) {
+    std::cerr << "usage: plane SCENARIO.yaml OUT_DIR [DELAY_S]\n";
+    return 2;
+  }
+  try {
+    Run(argv[1], argv[2], argc == 4 ? argv[3] : "");
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << "\n";
+    return 3;
+  }
+}

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/station/panda.h"
+
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <drake/geometry/proximity_properties.h>
+#include <drake/multibody/inverse_kinematics/inverse_kinematics.h>
+#include <drake/multibody/parsing/parser.h>
+#include <drake/multibody/tree/fixed_offset_frame.h>
+#include <drake/multibody/tree/revolute_joint.h>
+#include <drake/multibody/tree/weld_joint.h>
+#include <drake/solvers/solve.h>
+
+#include "dual_proxy/common/face.h"
+#include "dual_proxy/common/validate.h"
+#include "dual_proxy/station/panda_urdf.h"
+
+namespace dual_proxy {
+namespace {
+
+using drake::geometry::Box;
+using drake::geometry::Cylinder;
+using drake::geometry::ProximityProperties;
+using drake::geometry::Shape;
+using drake::geometry::Sphere;
+using drake::math::RigidTransformd;
+using drake::math::RotationMatrixd;
+using drake::multibody::BodyIndex;
+using drake::multibody::CoulombFriction;
+using drake::multibody::DiscreteContactApproximation;
+using drake::multibody::FixedOffsetFrame;
+using drake::multibody::Frame;
+using drake::multibody::ModelInstanceIndex;
+using drake::multibody::MultibodyPlant;
+using drake::multibody::RevoluteJoint;
+using drake::multibody::RigidBody;
+using drake::multibody::RotationalInertia;
+using drake::multibody::SpatialInertia;
+using drake::multibody::WeldJoint;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::Vector4d;
+
+constexpr int kNumJoints = 7;
+
+// The flange, where the sensor's frame S is, in panda_link7, m.
+const Vector3d p_7S{0, 0, 0.107};
+
+// What is beyond the flange (the sensor's own moving half, the shaft, the tip)
+// has these moments of inertia about its centre of mass, along the axes of S,
+// kg m^2, when its mass is kToolMass.
+const Vector3d kToolMoments{0.00019, 0.00019, 0.00008};
+
+DiscreteContactApproximation ToDrake(ContactApproximation approximation) {
+  switch (approximation) {
+    case ContactApproximation::kLagged:
+      return DiscreteContactApproximation::kLagged;
+    case ContactApproximation::kSimilar:
+      return DiscreteContactApproximation::kSimilar;
+    case ContactApproximation::kSap:
+      return DiscreteContactApproximation::kSap;
+  }
+  throw std::invalid_argument(
+      "PandaSceneParams: field `contact_approximation` is none of its enum");
+}
+
+// Adds the arm, standing on the world, with sensor and tool. Its visuals come
+// along if the plant is registered with a scene graph.
+ModelInstanceIndex AddArm(MultibodyPlant<double>* plant, double tool_mass) {
+  const ModelInstanceIndex arm = drake::multibody::Parser(plant)
+                                     .AddModelsFromString(kPandaUrdf, "urdf")
+                                     .at(0);
+  const Vector3d moments = kToolMoments * (tool_mass / kToolMass);
+  const Frame<double>& tool =
+      plant
+          ->AddRigidBody("tool", arm,
+                         SpatialInertia<double>::MakeFromCentralInertia(
+                             tool_mass, kToolCom,
+                             RotationalInertia<double>(moments(0), moments(1),
+                                                       moments(2))))
+          .body_frame();
+  const Frame<double>& flange =
+      plant->AddFrame(std::make_unique<FixedOffsetFrame<double>>(
+          "flange", plant->GetFrameByName("panda_link7", arm),
+          RigidTransformd(p_7S)));
+  plant->AddJoint(std::make_unique<WeldJoint<double>>(
+      "ft_sensor", flange, tool, RigidTransformd::Identity()));
+  plant->AddFrame(std::make_unique<FixedOffsetFrame<double>>(
+      "tool_point", tool, RigidTransformd(kSensorToToolPoint)));
+  plant->WeldFrames(plant->world_frame(),
+                    plant->GetFrameByName("panda_link0", arm));
+  return arm;
+}
+
+// The shapes stand along z of S.
+void DrawTool(MultibodyPlant<double>* plant, const RigidBody<double>& tool) {
+  const Vector4d dark(0.16, 0.17, 0.19, 1);
+  const Vector4d steel(0.66, 0.69, 0.73, 1);
+  const auto draw = [&](const char* name, const Shape& shape, double height,
+                        const Vector4d& color) {
+    plant->RegisterVisualGeometry(tool, RigidTransformd(Vector3d(0, 0, height)),
+                                  shape, name, color);
+  };
+  draw("sensor", Cylinder(0.0375, 0.03), 0.015, dark);
+  draw("collar", Cylinder(0.03, 0.008), 0.034, steel);
+  draw("shaft", Cylinder(0.006, 0.062), 0.069, steel);
+  draw("ball", Sphere(kTipRadius), 0.1, dark);
+}
+
+// Contact properties of one body; tool and surfaces each carry them. Drake
+// combines two bodies' stiffness in series, adds their relaxation times, and
+// takes the stiffness-weighted mean of their Hunt-Crossley coefficients and the
+// harmonic mean of their frictions.
+ProximityProperties MakeProximityProperties(const PandaSceneParams& params) {
+  ProximityProperties properties;
+  drake::geometry::AddContactMaterial(
+      params.contact_dissipation, 2 * params.contact_stiffness,
+      CoulombFriction<double>(params.friction, params.friction), &properties);
+  properties.AddProperty("material", "relaxation_time",
+                         params.relaxation_time / 2);
+  return properties;
+}
+
+// Reads the numbers of a finalized plant that has no more than the arm.
+ArmModelParams CalcArmModelParams(const MultibodyPlant<double>& plant) {
+  const auto context = plant.CreateDefaultContext();
+  plant.SetPositions(context.get(), Vector7::Zero());
+  ArmModelParams params;
+  const Frame<double>* parent = &plant.world_frame();
+  for (int i = 0; i < kNumJoints; ++i) {
+    const auto& joint = plant.GetJointByName<RevoluteJoint>(
+        "panda_joint" + std::to_string(i + 1));
+    DRAKE_DEMAND(joint.position_start() == i);
+    DRAKE_DEMAND(joint.revolute_axis() == Vector3d::UnitZ());
+    const Frame<double>& frame = joint.frame_on_child();
+    // A link is what its joint moves and all that is welded to it.
+    std::vector<BodyIndex> link;
+    for (const auto* body : plant.GetBodiesWeldedTo(joint.child_body())) {
+      link.push_back(body->index());
+    }
+    const RigidTransformd X_PJ = frame.CalcPose(*context, *parent);
+    const SpatialInertia<double> inertia =
+        plant.CalcSpatialInertia(*context, frame, link);
+    const Vector3d com = inertia.get_com();
+    params.p_PJ.col(i) = X_PJ.translation();
+    params.R_PJ[i] = X_PJ.rotation().matrix();
+    params.mass(i) = inertia.get_mass();
+    params.com.col(i) = com;
+    params.inertia[i] =
+        inertia.Shift(com).CalcRotationalInertia().CopyToFullMatrix3();
+    parent = &frame;
+  }
+  const RigidTransformd X_LE =
+      plant.GetFrameByName("tool_point").CalcPose(*context, *parent);
+  params.p_LE = X_LE.translation();
+  params.R_LE = X_LE.rotation().matrix();
+  params.gravity = plant.gravity_field().gravity_vector();
+  return params;
+}
+
+}  // namespace
+
+PandaScene AddPandaScene(drake::systems::DiagramBuilder<double>* builder,
+                         const PandaSceneParams& params, const Vector7& q_start,
+                         bool drawn) {
+  params.Validate();
+  ThrowUnlessFinite("AddPandaScene", "q_start", q_start);
+  auto owned = std::make_unique<MultibodyPlant<double>>(params.time_step);
+  MultibodyPlant<double>* plant = owned.get();
+  plant->set_name("panda");
+  plant->set_contact_model(drake::multibody::ContactModel::kPoint);
+  plant->set_discrete_contact_approximation(
+      ToDrake(params.contact_approximation));
+  plant->SetUseSampledOutputPorts(true);
+  plant->mutable_gravity_field().set_gravity_vector({0, 0, -params.gravity});
+
+  PandaScene scene;
+  scene.plant = plant;
+  scene.params = params;
+  // Without a scene graph, the plant takes no visuals from the URDF.
+  if (!drawn) scene.arm = AddArm(plant, params.tool_mass);
+  scene.scene_graph =
+      &drake::multibody::AddMultibodyPlantSceneGraph(builder, std::move(owned))
+           .scene_graph;
+  if (drawn) scene.arm = AddArm(plant, params.tool_mass);
+
+  const RigidBody<double>& tool = plant->GetBodyByName("tool", scene.arm);
+  if (drawn) DrawTool(plant, tool);
+  const ProximityProperties properties = MakeProximityProperties(params);
+  plant->RegisterCollisionGeometry(tool, RigidTransformd(kSensorToToolPoint),
+                                   Sphere(kTipRadius), "tip", properties);
+  for (const BoxParams& box : params.AllBoxes()) {
+    const RigidTransformd X_BBox(RotationMatrixd::MakeZRotation(box.yaw),
+                                 box.center);
+    const Box shape(box.size);
+    const RigidBody<double>& world = plant->world_body();
+    if (drawn) {
+      plant->RegisterVisualGeometry(world, X_BBox, shape, box.name, box.color);
+    }
+    plant->RegisterCollisionGeometry(world, X_BBox, shape, box.name,
+                                     properties);
+  }
+  plant->Finalize();
+  plant->SetDefaultPositions(scene.arm, q_start);
+  scene.tool_body = tool.index();
+  scene.sensor_joint = plant->GetJointByName("ft_sensor", scene.arm).index();
+  return scene;
+}
+
+// Time step 0: there is no solver of the plant's own to set up.
+PandaModel::PandaModel(double tool_mass, double gravity) : plant_(0.0) {
+  PandaSceneParams checked;
+  checked.tool_mass = tool_mass;
+  checked.gravity = gravity;
+  checked.Validate();
+  plant_.mutable_gravity_field().set_gravity_vector({0, 0, -gravity});
+  AddArm(&plant_, tool_mass);
+  plant_.Finalize();
+  arm_params_ = CalcArmModelParams(plant_);
+}
+
+Vector7 PandaModel::SolveInverseKinematics(const Vector3d& p_BE,
+                                           const Matrix3d& R_BE,
+                                           const Vector7& q_near) const {
+  constexpr const char* kWho = "SolveInverseKinematics";
+  ThrowUnlessFinite(kWho, "p_BE", p_BE);
+  ThrowUnlessRotation(kWho, "R_BE", R_BE);
+  ThrowUnlessFinite(kWho, "q_near", q_near);
+  const Frame<double>& world = plant_.world_frame();
+  const Frame<double>& tool_point = plant_.GetFrameByName("tool_point");
+  drake::multibody::InverseKinematics ik(plant_);
+  ik.AddPositionConstraint(tool_point, Vector3d::Zero(), world, p_BE, p_BE);
+  ik.AddOrientationConstraint(
+      world, ToRigidTransform({.p = p_BE, .R = R_BE}).rotation(), tool_point,
+      RotationMatrixd::Identity(), 0);
+  ik.get_mutable_prog()->AddQuadraticErrorCost(Matrix7::Identity(), q_near,
+                                               ik.q());
+  const auto result = drake::solvers::Solve(ik.prog(), q_near);
+  if (!result.is_success()) {
+    const Eigen::IOFormat one_line(6, Eigen::DontAlignCols, ", ", ", ");
+    std::ostringstream message;
+    message << kWho << ": no posture reaches p_BE = ["
+            << p_BE.transpose().format(one_line) << "]";
+    throw std::invalid_argument(message.str());
+  }
+  return result.GetSolution(ik.q());
+}
+
+}  // namespace dual_proxy

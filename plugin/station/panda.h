@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <drake/geometry/scene_graph.h>
+#include <drake/multibody/plant/multibody_plant.h>
+#include <drake/systems/framework/diagram_builder.h>
+#include <Eigen/Core>
+
+#include "dual_proxy/control/arm_model.h"
+#include "dual_proxy/experiment/panda_scene_params.h"
+
+namespace dual_proxy {
+
+/** @file
+The Franka Panda with a wrist force/torque sensor: the simulated arm in its
+scene, and the numbers of its model.
+
+Frames: B is panda_link0 (= Drake's world), S the sensor at the flange with the
+axes of panda_link7, E the tool point, 0.207 m along +z of panda_link7 with its
+axes. */
+
+/** Joint position limits, rad, the manufacturer's. */
+inline const Vector7 kPandaJointLower{
+    {-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973}};
+inline const Vector7 kPandaJointUpper{
+    {2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973}};
+/** Joint speed limits, rad/s. */
+inline const Vector7 kPandaJointVelocityLimit{
+    {2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61}};
+/** Joint torque limits, N m. */
+inline const Vector7 kPandaTorqueLimit{{87, 87, 87, 87, 12, 12, 12}};
+/** Rest posture, rad: E at (0.45, 0, 0.18) m, the tool pointing straight down,
+no joint within 0.5 rad of its limits. */
+inline const Vector7 kPandaQRest{{0, -0.0339, 0, -2.5555, 0, 2.5216, 0}};
+/** R_BE that points the tool straight down. */
+inline const Eigen::Matrix3d kToolPointingDown{
+    Eigen::Vector3d(1, -1, -1).asDiagonal()};
+/** p_SE: position of the tool point from the sensor, m, in S. */
+inline const Eigen::Vector3d kSensorToToolPoint{0, 0, 0.1};
+
+/** What AddPandaScene() added, and the ports to wire. */
+struct PandaScene {
+  using InputPort = drake::systems::InputPort<double>;
+  using OutputPort = drake::systems::OutputPort<double>;
+
+  /** Finalized, connected, and owned by the diagram. */
+  drake::multibody::MultibodyPlant<double>* plant{};
+  drake::geometry::SceneGraph<double>* scene_graph{};
+  PandaSceneParams params;  ///< What it was built with.
+  /** Arm and tool. */
+  drake::multibody::ModelInstanceIndex arm;
+  /** For ContactTruthSystem. */
+  drake::multibody::BodyIndex tool_body;
+  /** For SensorReactionSystem. */
+  drake::multibody::JointIndex sensor_joint;
+
+  /** Joint torques, 7, N m, clamped by the plant at kPandaTorqueLimit. */
+  const InputPort& get_actuation_input_port() const {
+    return plant->get_actuation_input_port(arm);
+  }
+  /** Joint positions, rad, then velocities, rad/s, 14. */
+  const OutputPort& get_state_output_port() const {
+    return plant->get_state_output_port(arm);
+  }
+  /** The reaction at each joint, abstract; see SensorReactionSystem. */
+  const OutputPort& get_reaction_forces_output_port() const {
+    return plant->get_reaction_forces_output_port();
+  }
+  /** Abstract ContactResults; see ContactTruthSystem. */
+  const OutputPort& get_contact_results_output_port() const {
+    return plant->get_contact_results_output_port();
+  }
+};
+
+/** Adds the simulated Panda, its table and boxes to a diagram.
+
+Only the tool's tip and the boxes carry collision geometry. The plant is
+discrete and its output ports are sampled: reaction forces and contact results
+are those of the last step (zero and empty before the first).
+
+@param q_start rad: default joint positions of the built diagram.
+@param drawn   whether there is anything to see; what is not drawn need not be
+               moved along in every step. The physics are the same.
+@throws std::invalid_argument if `params` is invalid or `q_start` not finite.
+@pre `builder` is not null. */
+PandaScene AddPandaScene(drake::systems::DiagramBuilder<double>* builder,
+                         const PandaSceneParams& params, const Vector7& q_start,
+                         bool drawn);
+
+/** What a controller knows of the Panda: the numbers of its ArmModel, and
+inverse kinematics. It may differ from the simulated arm. */
+class PandaModel {
+ public:
+  /** @param tool_mass kg, 1e-3 to 3: of all that is beyond the flange.
+  @param gravity   m/s^2, 0 to 100: along -z of B.
+  @throws std::invalid_argument naming the one that is out of range. */
+  explicit PandaModel(double tool_mass = kToolMass, double gravity = 9.81);
+
+  /** The numbers of arm and tool. */
+  const ArmModelParams& arm_params() const { return arm_params_; }
+
+  /** Finds the joint positions that reach a pose, nearest to a posture.
+  @param p_BE   m: tool point.
+  @param R_BE   its orientation, a rotation matrix.
+  @param q_near rad: the posture to stay close to, and the first guess.
+  @returns joint positions, rad, within the joint limits.
+  @throws std::invalid_argument if no such posture was found, or an argument is
+  not what it should be. */
+  Vector7 SolveInverseKinematics(
+      const Eigen::Vector3d& p_BE,
+      const Eigen::Matrix3d& R_BE = kToolPointingDown,
+      const Vector7& q_near = kPandaQRest) const;
+
+ private:
+  drake::multibody::MultibodyPlant<double> plant_;
+  ArmModelParams arm_params_;
+};
+
+}  // namespace dual_proxy

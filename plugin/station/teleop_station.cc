@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/station/teleop_station.h"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include <drake/common/yaml/yaml_io.h>
+#include <drake/systems/primitives/multiplexer.h>
+
+#include "dual_proxy/baselines/position_force_haptic_side_system.h"
+#include "dual_proxy/common/random.h"
+#include "dual_proxy/common/validate.h"
+#include "dual_proxy/link/communication_channel_system.h"
+#include "dual_proxy/perception/force_space_particle_filter_system.h"
+#include "dual_proxy/proxy/workspace_map.h"
+#include "dual_proxy/sides/haptic_side_system.h"
+#include "dual_proxy/sides/robot_side_system.h"
+#include "dual_proxy/simulation/simulated_haptic_device_system.h"
+#include "dual_proxy/station/contact_truth_system.h"
+#include "dual_proxy/station/sensor_reaction_system.h"
+
+namespace dual_proxy {
+
+namespace {
+
+using drake::systems::DiagramBuilder;
+using drake::systems::OutputPort;
+using drake::systems::System;
+
+// Independent streams of random numbers, from the scenario's one seed.
+enum Stream { kFilter, kSensor, kToRobot, kToDevice };
+
+// Adds the parts one after the other, as dual_proxy.station.Station does.
+class StationBuilder {
+ public:
+  StationBuilder(DiagramBuilder<double>* builder, const Scenario& scenario)
+      : builder_(*builder), scenario_(scenario) {}
+
+  TeleopStation Build() {
+    AddRobot();
+    AddDevice();
+    AddLink();
+    AddLog();
+    return {.scene = *scene_,
+            .log = log_,
+            .signals = std::move(signals_),
+            .path = OperatorPath(path_)};
+  }
+
+ private:
+  template <typename S, typename... Args>
+  S* Add(const std::string& name, Args&&... args) {
+    return builder_.AddNamedSystem(
+        name, std::make_unique<S>(std::forward<Args>(args)...));
+  }
+
+  std::uint64_t Seed(Stream stream) const {
+    return SplitSeed(scenario_.seed, stream);
+  }
+
+  // Logs a port whose columns have these names.
+  void Log(const OutputPort<double>& port,
+           const std::vector<SignalSlice>& layout) {
+    for (const SignalSlice& signal : layout) {
+      signals_.push_back({.name = signal.name,
+                          .start = logged_size_ + signal.start,
+                          .size = signal.size});
+    }
+    logged_size_ += port.size();
+    logged_.push_back(&port);
+  }
+
+  void Log(const OutputPort<double>& port, const std::string& name) {
+    Log(port, {{.name = name, .start = 0, .size = port.size()}});
+  }
+
+  // The arm in its scene, the wrist sensor, the robot side, the filter.
+  void AddRobot() {
+    const PandaSceneParams& params = scenario_.scene;
+    const PandaModel model(params.tool_mass, params.gravity);
+    const Vector7 q_start = model.SolveInverseKinematics(
+        scenario_.map.p_cw, scenario_.map.R_cw, scenario_.controller.q_rest);
+    scene_ = AddPandaScene(&builder_, params, q_start, false);
+    auto* reaction = Add<SensorReactionSystem>("reaction", scene_->sensor_joint);
+    robot_side_ = Add<RobotSideSystem>(
+        "robot_side",
+        RobotSideParams{.proxy = scenario_.robot_proxy,
+                        .controller = scenario_.controller,
+                        .sender = scenario_.link.sender,
+                        .filter_period = scenario_.filter.period},
+        model.arm_params(), q_start,
+        RobotSideSensor{.params = scenario_.sensor,
+                        .p_SE = kSensorToToolPoint,
+                        .seed = Seed(kSensor)});
+    auto* truth = Add<ContactTruthSystem>("contact_truth", scene_->tool_body);
+    RobotSideSystem& side = *robot_side_;
+    builder_.Connect(scene_->get_reaction_forces_output_port(),
+                     reaction->get_reaction_forces_input_port());
+    builder_.Connect(scene_->get_contact_results_output_port(),
+                     truth->get_contact_results_input_port());
+    builder_.Connect(scene_->get_state_output_port(),
+                     side.get_robot_state_input_port());
+    builder_.Connect(side.get_torque_output_port(),
+                     scene_->get_actuation_input_port());
+    builder_.Connect(reaction->get_reaction_output_port(),
+                     side.get_reaction_input_port());
+    Log(side.get_signals_output_port(), RobotSide::OutputLayout());
+    Log(truth->get_truth_output_port(),
+        {{.name = "contact_force", .start = 0, .size = 3},
+         {.name = "contact_normal", .start = 3, .size = 3},
+         {.name = "contact_dimension", .start = 6, .size = 1}});
+    builder_.ExportOutput(scene_->get_state_output_port(), "robot_state");
+    builder_.ExportOutput(side.get_sensed_wrench_output_port(),
+                          "sensed_wrench");
+    builder_.ExportOutput(side.get_torque_output_port(), "torque");
+    if (scenario_.scheme == Scheme::kDualProxy) AddFilter();
+  }
+
+  void AddFilter() {
+    RobotSideSystem& side = *robot_side_;
+    auto* filter = Add<ForceSpaceParticleFilterSystem>(
+        "filter", scenario_.filter, Seed(kFilter));
+    builder_.Connect(side.get_mean_sensed_force_output_port(),
+                     filter->get_sensed_force_input_port());
+    builder_.Connect(side.get_mean_velocity_output_port(),
+                     filter->get_velocity_input_port());
+    builder_.Connect(side.get_mean_motion_force_output_port(),
+                     filter->get_motion_force_input_port());
+    builder_.Connect(side.get_mean_contact_force_output_port(),
+                     filter->get_contact_force_input_port());
+    builder_.Connect(filter->get_force_selection_output_port(),
+                     side.get_force_selection_input_port());
+    Log(filter->get_dimension_output_port(), "dimension");
+    Log(filter->get_force_direction_output_port(), "force_direction");
+    builder_.ExportOutput(filter->get_dimension_output_port(), "dimension");
+    builder_.ExportOutput(filter->get_force_selection_output_port(),
+                          "force_selection");
+  }
+
+  // The device in the operator's hand, and the haptic side.
+  void AddDevice() {
+    const WorkspaceMap map(scenario_.map);
+    path_ = scenario_.CalcOperatorPath();
+    for (auto&& point : path_.points.colwise()) {
+      point = map.HapticProxy(point, scenario_.map.R_cw).p;
+    }
+    const HapticSideParams params{.proxy = scenario_.haptic_proxy,
+                                  .controller = scenario_.haptic_controller,
+                                  .sender = scenario_.link.sender};
+    if (scenario_.scheme == Scheme::kDualProxy) {
+      haptic_side_ = Add<HapticSideSystem>(
+          "haptic_side", params,
+          HapticSideDevice{.params = scenario_.device, .path = path_});
+      builder_.ExportOutput(haptic_side_->get_device_pose_output_port(),
+                            "device_pose");
+      builder_.ExportOutput(haptic_side_->get_device_wrench_output_port(),
+                            "device_wrench");
+      Log(haptic_side_->get_signals_output_port(), HapticSide::OutputLayout());
+    } else {
+      AddBaselineDevice(params);
+    }
+  }
+
+  void AddBaselineDevice(const HapticSideParams& params) {
+    haptic_side_ = Add<HapticSideSystem>("haptic_side", params);
+    auto* device = Add<SimulatedHapticDeviceSystem>("device", path_,
+                                                    scenario_.device);
+    builder_.Connect(device->get_device_pose_output_port(),
+                     haptic_side_->get_device_pose_input_port());
+    builder_.Connect(device->get_device_velocity_output_port(),
+                     haptic_side_->get_device_velocity_input_port());
+    position_force_ = Add<PositionForceHapticSideSystem>(
+        "position_force", scenario_.position_force, scenario_.scene.time_step);
+    builder_.Connect(position_force_->get_device_wrench_output_port(),
+                     device->get_device_wrench_input_port());
+    builder_.ExportOutput(device->get_device_pose_output_port(), "device_pose");
+    builder_.ExportOutput(position_force_->get_device_wrench_output_port(),
+                          "device_wrench");
+    // The baseline acts in place of the haptic side, of which only the device's
+    // motion counts.
+    Log(position_force_->get_device_wrench_output_port(),
+        {{.name = "haptic_reference_force", .start = 0, .size = 3},
+         {.name = "device_force", .start = 0, .size = 3}});
+    Log(position_force_->get_link_status_output_port(),
+        {{.name = "haptic_link_status", .start = 0, .size = 1},
+         {.name = "haptic_link_age", .start = 1, .size = 1},
+         {.name = "haptic_link_dropped", .start = 3, .size = 1}});
+    std::vector<SignalSlice> motion;
+    for (const SignalSlice& signal : HapticSide::OutputLayout()) {
+      if (!IsLogged(signal.name)) motion.push_back(signal);
+    }
+    Log(haptic_side_->get_signals_output_port(), motion);
+  }
+
+  bool IsLogged(std::string_view name) const {
+    for (const SignalSlice& signal : signals_) {
+      if (signal.name == name) return true;
+    }
+    return false;
+  }
+
+  // Both directions of the link: all that the two sides share.
+  void AddLink() {
+    using Poses = CommunicationChannelSystem<PoseMessage>;
+    using Forces = CommunicationChannelSystem<ForceMessage>;
+    const LinkParams& link = scenario_.link;
+    const double step = scenario_.scene.time_step;
+    auto* to_robot = Add<Poses>("to_robot", link.channel, Seed(kToRobot),
+                                link.rate(), step);
+    builder_.Connect(haptic_side_->get_message_output_port(),
+                     to_robot->get_message_input_port());
+    builder_.Connect(to_robot->get_message_output_port(),
+                     robot_side_->get_haptic_message_input_port());
+    if (scenario_.scheme == Scheme::kDualProxy) {
+      auto* to_device = Add<Poses>("to_device", link.channel, Seed(kToDevice),
+                                   link.rate(), step);
+      builder_.Connect(robot_side_->get_message_output_port(),
+                       to_device->get_message_input_port());
+      builder_.Connect(to_device->get_message_output_port(),
+                       haptic_side_->get_robot_message_input_port());
+    } else {
+      auto* to_device = Add<Forces>("to_device", link.channel, Seed(kToDevice),
+                                    link.rate(), step);
+      builder_.Connect(robot_side_->get_force_message_output_port(),
+                       to_device->get_message_input_port());
+      builder_.Connect(to_device->get_message_output_port(),
+                       position_force_->get_force_message_input_port());
+    }
+  }
+
+  // One sink for all that is logged: every event of Drake's has its price.
+  void AddLog() {
+    std::vector<int> sizes;
+    for (const auto* port : logged_) sizes.push_back(port->size());
+    auto* everything =
+        Add<drake::systems::Multiplexer<double>>("everything", sizes);
+    for (int i = 0; i < static_cast<int>(logged_.size()); ++i) {
+      builder_.Connect(*logged_[i], everything->get_input_port(i));
+    }
+    log_ = LogVectorOutput(everything->get_output_port(0), &builder_,
+                           scenario_.scene.time_step);
+  }
+
+  DiagramBuilder<double>& builder_;
+  const Scenario& scenario_;
+  std::optional<PandaScene> scene_;
+  OperatorPathParams path_;
+  RobotSideSystem* robot_side_{};
+  HapticSideSystem* haptic_side_{};
+  PositionForceHapticSideSystem* position_force_{};
+  std::vector<const OutputPort<double>*> logged_;
+  std::vector<SignalSlice> signals_;
+  int logged_size_{0};
+  drake::systems::VectorLogSink<double>* log_{};
+};
+
+}  // namespace
+
+Scenario LoadScenario(const std::string& path) {
+  // What is not written keeps its default.
+  drake::yaml::LoadYamlOptions options;
+  options.allow_cpp_with_no_yaml = true;
+  auto scenarios = drake::yaml::LoadYamlFile<std::map<std::string, Scenario>>(
+      path, std::nullopt, std::nullopt, options);
+  if (scenarios.size() != 1) {
+    throw ScenarioError(path +
+                        ": expected one top-level key, the scenario's name");
+  }
+  auto& [name, scenario] = *scenarios.begin();
+  scenario.name = name;
+  scenario.Validate();
+  return std::move(scenario);
+}
+
+TeleopStation AddTeleopStation(DiagramBuilder<double>* builder,
+                               const Scenario& scenario) {
+  Scenario checked = scenario;
+  checked.Validate();
+  return StationBuilder(builder, checked).Build();
+}
+
+RunLog MakeRunLog(const TeleopStation& station,
+                  const drake::systems::Context<double>& context) {
+  const auto& log = station.log->FindLog(context);
+  // Before the first step there is nothing that could be logged.
+  const int count = std::max(0, log.num_samples() - 1);
+  const int size = station.log->get_input_port().size();
+  RunLog result;
+  result.time = log.sample_times().tail(count);
+  result.signals = station.signals;
+  result.signals.push_back({.name = "hand_position", .start = size, .size = 3});
+  result.values.resize(count, size + 3);
+  result.values.leftCols(size) = log.data().rightCols(count).transpose();
+  for (int i = 0; i < count; ++i) {
+    result.values.row(i).tail<3>() =
+        station.path.Calc(result.time[i]).position.transpose();
+  }
+  return result;
+}
+
+MetricsParams MakeMetricsParams(const Scenario& scenario) {
+  return {.map = scenario.map,
+          .delay = scenario.link.delay(),
+          .has_filter = scenario.scheme == Scheme::kDualProxy};
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <drake/systems/framework/context.h>
+#include <drake/systems/framework/diagram_builder.h>
+#include <drake/systems/primitives/vector_log_sink.h>
+
+#include "dual_proxy/experiment/metrics.h"
+#include "dual_proxy/experiment/run_log.h"
+#include "dual_proxy/experiment/scenario.h"
+#include "dual_proxy/sides/signal_layout.h"
+#include "dual_proxy/simulation/operator.h"
+#include "dual_proxy/station/panda.h"
+
+namespace dual_proxy {
+
+/** Reads a scenario from a YAML file with one top-level key, its name, as
+`dual-proxy run` does (see Scenario).
+@throws std::exception naming file and field if the file cannot be read, has an
+unknown key, or a value is of the wrong type or out of range. */
+Scenario LoadScenario(const std::string& path);
+
+/** What AddTeleopStation() added, and what is needed to read its log. */
+struct TeleopStation {
+  PandaScene scene;
+  /** Notes one row per control period. */
+  const drake::systems::VectorLogSink<double>* log{};
+  /** Where in a row of `log` a signal is. */
+  std::vector<SignalSlice> signals;
+  /** Where the operator means the handle to be, in D. */
+  OperatorPath path;
+};
+
+/** Adds all of a scenario to a diagram; nothing here is control.
+
+    operator -> device -> haptic_side --pose--> to_robot --> robot_side -> panda
+                  ^           |                                |  ^          |
+                  +--- F_h ---+ <--pose, Omega-- to_device <---+  +- filter <+
+
+The systems have the names of the picture, and the diagram's outputs are
+`robot_state` (14), `sensed_wrench` (6), `torque` (7), `device_pose`,
+`device_wrench` (6), and with the dual proxy `force_selection` (9) and
+`dimension` (1). The same wiring as dual_proxy.station in Python, and the same
+bits.
+@throws std::exception if the scenario is not valid, or no posture of the arm
+reaches the start. */
+TeleopStation AddTeleopStation(
+    drake::systems::DiagramBuilder<double>* builder, const Scenario& scenario);
+
+/** The log so far, for ComputeMetrics().
+@param context of the diagram that `station` is part of. */
+RunLog MakeRunLog(const TeleopStation& station,
+                  const drake::systems::Context<double>& context);
+
+/** What ComputeMetrics() needs to know of a scenario. */
+MetricsParams MakeMetricsParams(const Scenario& scenario);
+
+}  // namespace dual_proxy
