@@ -85,7 +85,8 @@ class StationBuilder {
     const Vector7 q_start = model.SolveInverseKinematics(
         scenario_.map.p_cw, scenario_.map.R_cw, scenario_.controller.q_rest);
     scene_ = AddPandaScene(&builder_, params, q_start, false);
-    auto* reaction = Add<SensorReactionSystem>("reaction", scene_->sensor_joint);
+    auto* reaction =
+        Add<SensorReactionSystem>("reaction", scene_->sensor_joint);
     robot_side_ = Add<RobotSideSystem>(
         "robot_side",
         RobotSideParams{.proxy = scenario_.robot_proxy,
@@ -167,8 +168,8 @@ class StationBuilder {
 
   void AddBaselineDevice(const HapticSideParams& params) {
     haptic_side_ = Add<HapticSideSystem>("haptic_side", params);
-    auto* device = Add<SimulatedHapticDeviceSystem>("device", path_,
-                                                    scenario_.device);
+    auto* device =
+        Add<SimulatedHapticDeviceSystem>("device", path_, scenario_.device);
     builder_.Connect(device->get_device_pose_output_port(),
                      haptic_side_->get_device_pose_input_port());
     builder_.Connect(device->get_device_velocity_output_port(),
@@ -209,8 +210,8 @@ class StationBuilder {
     using Forces = CommunicationChannelSystem<ForceMessage>;
     const LinkParams& link = scenario_.link;
     const double step = scenario_.scene.time_step;
-    auto* to_robot = Add<Poses>("to_robot", link.channel, Seed(kToRobot),
-                                link.rate(), step);
+    auto* to_robot =
+        Add<Poses>("to_robot", link.channel, Seed(kToRobot), link.rate(), step);
     builder_.Connect(haptic_side_->get_message_output_port(),
                      to_robot->get_message_input_port());
     builder_.Connect(to_robot->get_message_output_port(),
