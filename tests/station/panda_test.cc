@@ -357,6 +357,35 @@ TEST(PandaSceneTest, Limits) {
   EXPECT_EQ(scene.get_state_output_port().size(), 14);
 }
 
+TEST(PandaSceneTest, ThePlantIsAsTheParamsSay) {
+  using drake::multibody::DiscreteContactApproximation;
+  PandaSceneParams params;
+  params.time_step = 0.002;
+  params.gravity = 1.5;
+  params.tool_mass = 0.7;
+  for (const auto& [ours, drakes] :
+       {std::pair(ContactApproximation::kLagged,
+                  DiscreteContactApproximation::kLagged),
+        std::pair(ContactApproximation::kSimilar,
+                  DiscreteContactApproximation::kSimilar),
+        std::pair(ContactApproximation::kSap,
+                  DiscreteContactApproximation::kSap)}) {
+    params.contact_approximation = ours;
+    DiagramBuilder<double> builder;
+    const PandaScene scene =
+        AddPandaScene(&builder, params, kPandaQRest, false);
+    const MultibodyPlant<double>& plant = *scene.plant;
+    EXPECT_EQ(plant.get_discrete_contact_approximation(), drakes);
+    EXPECT_EQ(plant.get_contact_model(),
+              drake::multibody::ContactModel::kPoint);
+    EXPECT_TRUE(plant.has_sampled_output_ports());
+    EXPECT_EQ(plant.time_step(), 0.002);
+    EXPECT_EQ(plant.gravity_field().gravity_vector(), Vector3d(0, 0, -1.5));
+    EXPECT_EQ(plant.get_body(scene.tool_body).default_mass(), 0.7);
+    EXPECT_EQ(scene.params.contact_approximation, ours);
+  }
+}
+
 TEST(PandaSceneTest, WhatIsNotDrawnHasNoVisuals) {
   PandaSceneParams params;
   params.boxes = {MakeBox("wall", {0.6, 0, 0.2}, {0.1, 0.1, 0.2})};
