@@ -40,11 +40,9 @@ void ReadInteger(const py::handle& value, const std::string& path,
 
 // The key as written, with the first of what is below it, and so on.
 std::string FirstLeaf(const std::string& key, const py::handle& value) {
-  if (!py::isinstance<py::dict>(value)) return key;
-  for (const auto& [name, inner] : value.cast<py::dict>()) {
-    return FirstLeaf(key + "." + py::str(name).cast<std::string>(), inner);
-  }
-  return key;
+  if (!py::isinstance<py::dict>(value) || py::len(value) == 0) return key;
+  const auto [name, inner] = *value.cast<py::dict>().begin();
+  return FirstLeaf(key + "." + py::str(name).cast<std::string>(), inner);
 }
 
 }  // namespace
@@ -144,9 +142,8 @@ void MappingReader::CheckKeys() const {
     const std::string name = py::str(key).cast<std::string>();
     const std::string_view source = FindSource(key_ + name);
     if (!source.empty()) {
-      // The path without the key is the scenario's name.
-      const std::string top =
-          path_.substr(0, path_.size() - (key_.empty() ? 0 : key_.size()));
+      // The path without the key of what is read: the scenario's name.
+      const std::string top = path_.substr(0, path_.size() - key_.size());
       throw ScenarioError(path_ + "." + FirstLeaf(name, value) +
                           ": is taken from " + top + "." + std::string(source) +
                           ", set that instead");

@@ -173,6 +173,15 @@ void BindScenario(py::module_& m) {
           "Where the operator means the tool to go: times (n,), s; positions "
           "(n, 3), m, in B;\nwhether it is densely sampled. Raises "
           "ScenarioError if a recording cannot be read.")
+      .def(
+          "calc_seed",
+          [](const S& self, const py::str& stream) {
+            return self.CalcSeed(EnumFromPython<Stream>(stream, "stream"));
+          },
+          py::arg("stream"),
+          "The seed of a stream of random numbers, from `seed`: of the "
+          "\"filter\", the \"sensor\", the\nchannels \"to_robot\" and "
+          "\"to_device\".")
       .def("run_duration", &S::CalcRunDuration,
            "How long a run lasts, s; see `extend_for_delay`. Raises "
            "ScenarioError if a recording\ncannot be read.")

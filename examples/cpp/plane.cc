@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <stdexcept>
 #include <string>
 
 #include <drake/systems/analysis/simulator.h>
@@ -34,12 +35,12 @@ void Run(const std::string& scenario_path, const std::string& out_dir,
   const std::chrono::duration<double> wall =
       std::chrono::steady_clock::now() - begin;
 
-  const dual_proxy::Metrics metrics = dual_proxy::ComputeMetrics(
-      MakeRunLog(station, simulator.get_context()),
-      MakeMetricsParams(scenario), wall.count());
+  const dual_proxy::Metrics metrics =
+      dual_proxy::ComputeMetrics(MakeRunLog(station, simulator.get_context()),
+                                 MakeMetricsParams(scenario), wall.count());
   std::filesystem::create_directories(out_dir);
   std::ofstream file(out_dir + "/metrics.json");
-  file << MetricsJson(metrics);
+  file << dual_proxy::MetricsJson(metrics);
   if (!file.flush()) {
     throw std::runtime_error("cannot write " + out_dir + "/metrics.json");
   }

@@ -123,6 +123,16 @@ class Scenario(_core.Scenario):
         scenario.validate()
         return scenario
 
+    def validate(self) -> None:
+        """Copy shared values to where they are needed and check everything.
+
+        Raises
+        ------
+        ScenarioError
+            For the first field that is out of range or contradicts another.
+        """
+        super().validate()
+
     def with_overrides(self, overrides: Mapping[str, Any]) -> Scenario:
         """Return a checked copy with some values replaced.
 

@@ -99,15 +99,6 @@ class Station:
         self.scenario = scenario
         self._builder = DiagramBuilder()
         self._ports: dict[str, OutputPort] = {}
-        # Independent streams of random numbers from the scenario's one seed.
-        seeds = np.random.SeedSequence(scenario.seed).generate_state(4, np.uint64)
-        self._seeds = dict(
-            zip(
-                ("filter", "sensor", "to_robot", "to_device"),
-                map(int, seeds),
-                strict=True,
-            )
-        )
         self._add_robot()
         self._add_device()
         self._add_link()
@@ -192,7 +183,7 @@ class Station:
             q_start,
             scenario.sensor,
             p_SE_S,
-            self._seeds["sensor"],
+            scenario.calc_seed("sensor"),
         )
         truth = self._add("contact_truth", ContactTruthSystem, scene.tool_body)
         builder.Connect(
@@ -216,7 +207,7 @@ class Station:
                 "filter",
                 ForceSpaceParticleFilter,
                 scenario.filter,
-                self._seeds["filter"],
+                scenario.calc_seed("filter"),
             )
             for name in ("sensed_force", "velocity", "motion_force", "contact_force"):
                 self._connect(side, f"mean_{name}", particle_filter, name)
@@ -277,7 +268,7 @@ class Station:
             "to_robot",
             CommunicationChannel,
             link.channel,
-            self._seeds["to_robot"],
+            self.scenario.calc_seed("to_robot"),
             link.rate,
             step,
         )
@@ -288,7 +279,7 @@ class Station:
             "to_device",
             CommunicationChannel,
             link.channel,
-            self._seeds["to_device"],
+            self.scenario.calc_seed("to_device"),
             link.rate,
             step,
             _core.PoseMessage() if dual_proxy else _core.ForceMessage(),

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "dual_proxy/common/random.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/experiment/recording.h"
 
@@ -242,6 +243,11 @@ OperatorPathParams Scenario::CalcRecordedPath() const {
   } catch (const std::invalid_argument& error) {
     throw ScenarioError(error.what());
   }
+}
+
+std::uint64_t Scenario::CalcSeed(Stream stream) const {
+  return SplitSeed(static_cast<std::uint64_t>(seed),
+                   static_cast<std::uint64_t>(stream));
 }
 
 double Scenario::CalcRunDuration() const {

@@ -63,6 +63,18 @@ struct EnumStrings<Law> {
       {Law::kDefault, "default"}, {Law::kPrinted, "printed"}};
 };
 
+/** What draws random numbers in a run, each a stream of its own. */
+enum class Stream { kFilter, kSensor, kToRobot, kToDevice };
+
+template <>
+struct EnumStrings<Stream> {
+  static constexpr std::pair<Stream, const char*> kValues[] = {
+      {Stream::kFilter, "filter"},
+      {Stream::kSensor, "sensor"},
+      {Stream::kToRobot, "to_robot"},
+      {Stream::kToDevice, "to_device"}};
+};
+
 /** Both directions of the link alike; the keys of all three stand directly in
 `link`. */
 struct LinkParams {
@@ -218,6 +230,9 @@ struct Scenario {
   @throws ScenarioError if a recording cannot be read; the message names file,
   row and column. */
   OperatorPathParams CalcOperatorPath() const;
+
+  /** The seed of a stream of random numbers, from `seed`. */
+  std::uint64_t CalcSeed(Stream stream) const;
 
   /** How long a run lasts, s; see `extend_for_delay`.
   @throws ScenarioError as CalcOperatorPath(). */

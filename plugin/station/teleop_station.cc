@@ -12,7 +12,6 @@
 #include <drake/systems/primitives/multiplexer.h>
 
 #include "dual_proxy/baselines/position_force_haptic_side_system.h"
-#include "dual_proxy/common/random.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/link/communication_channel_system.h"
 #include "dual_proxy/perception/force_space_particle_filter_system.h"
@@ -30,9 +29,6 @@ namespace {
 using drake::systems::DiagramBuilder;
 using drake::systems::OutputPort;
 using drake::systems::System;
-
-// Independent streams of random numbers, from the scenario's one seed.
-enum Stream { kFilter, kSensor, kToRobot, kToDevice };
 
 // Adds the parts one after the other, as dual_proxy.station.Station does.
 class StationBuilder {
@@ -58,10 +54,6 @@ class StationBuilder {
         name, std::make_unique<S>(std::forward<Args>(args)...));
   }
 
-  std::uint64_t Seed(Stream stream) const {
-    return SplitSeed(scenario_.seed, stream);
-  }
-
   // Logs a port whose columns have these names.
   void Log(const OutputPort<double>& port,
            const std::vector<SignalSlice>& layout) {
@@ -85,7 +77,8 @@ class StationBuilder {
     const Vector7 q_start = model.SolveInverseKinematics(
         scenario_.map.p_cw, scenario_.map.R_cw, scenario_.controller.q_rest);
     scene_ = AddPandaScene(&builder_, params, q_start, false);
-    auto* reaction = Add<SensorReactionSystem>("reaction", scene_->sensor_joint);
+    auto* reaction =
+        Add<SensorReactionSystem>("reaction", scene_->sensor_joint);
     robot_side_ = Add<RobotSideSystem>(
         "robot_side",
         RobotSideParams{.proxy = scenario_.robot_proxy,
@@ -95,7 +88,7 @@ class StationBuilder {
         model.arm_params(), q_start,
         RobotSideSensor{.params = scenario_.sensor,
                         .p_SE = kSensorToToolPoint,
-                        .seed = Seed(kSensor)});
+                        .seed = scenario_.CalcSeed(Stream::kSensor)});
     auto* truth = Add<ContactTruthSystem>("contact_truth", scene_->tool_body);
     RobotSideSystem& side = *robot_side_;
     builder_.Connect(scene_->get_reaction_forces_output_port(),
@@ -123,7 +116,7 @@ class StationBuilder {
   void AddFilter() {
     RobotSideSystem& side = *robot_side_;
     auto* filter = Add<ForceSpaceParticleFilterSystem>(
-        "filter", scenario_.filter, Seed(kFilter));
+        "filter", scenario_.filter, scenario_.CalcSeed(Stream::kFilter));
     builder_.Connect(side.get_mean_sensed_force_output_port(),
                      filter->get_sensed_force_input_port());
     builder_.Connect(side.get_mean_velocity_output_port(),
@@ -167,8 +160,8 @@ class StationBuilder {
 
   void AddBaselineDevice(const HapticSideParams& params) {
     haptic_side_ = Add<HapticSideSystem>("haptic_side", params);
-    auto* device = Add<SimulatedHapticDeviceSystem>("device", path_,
-                                                    scenario_.device);
+    auto* device =
+        Add<SimulatedHapticDeviceSystem>("device", path_, scenario_.device);
     builder_.Connect(device->get_device_pose_output_port(),
                      haptic_side_->get_device_pose_input_port());
     builder_.Connect(device->get_device_velocity_output_port(),
@@ -209,22 +202,25 @@ class StationBuilder {
     using Forces = CommunicationChannelSystem<ForceMessage>;
     const LinkParams& link = scenario_.link;
     const double step = scenario_.scene.time_step;
-    auto* to_robot = Add<Poses>("to_robot", link.channel, Seed(kToRobot),
-                                link.rate(), step);
+    auto* to_robot =
+        Add<Poses>("to_robot", link.channel,
+                   scenario_.CalcSeed(Stream::kToRobot), link.rate(), step);
     builder_.Connect(haptic_side_->get_message_output_port(),
                      to_robot->get_message_input_port());
     builder_.Connect(to_robot->get_message_output_port(),
                      robot_side_->get_haptic_message_input_port());
     if (scenario_.scheme == Scheme::kDualProxy) {
-      auto* to_device = Add<Poses>("to_device", link.channel, Seed(kToDevice),
-                                   link.rate(), step);
+      auto* to_device =
+          Add<Poses>("to_device", link.channel,
+                     scenario_.CalcSeed(Stream::kToDevice), link.rate(), step);
       builder_.Connect(robot_side_->get_message_output_port(),
                        to_device->get_message_input_port());
       builder_.Connect(to_device->get_message_output_port(),
                        haptic_side_->get_robot_message_input_port());
     } else {
-      auto* to_device = Add<Forces>("to_device", link.channel, Seed(kToDevice),
-                                    link.rate(), step);
+      auto* to_device =
+          Add<Forces>("to_device", link.channel,
+                      scenario_.CalcSeed(Stream::kToDevice), link.rate(), step);
       builder_.Connect(robot_side_->get_force_message_output_port(),
                        to_device->get_message_input_port());
       builder_.Connect(to_device->get_message_output_port(),

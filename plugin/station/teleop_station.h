@@ -47,8 +47,8 @@ The systems have the names of the picture, and the diagram's outputs are
 bits.
 @throws std::exception if the scenario is not valid, or no posture of the arm
 reaches the start. */
-TeleopStation AddTeleopStation(
-    drake::systems::DiagramBuilder<double>* builder, const Scenario& scenario);
+TeleopStation AddTeleopStation(drake::systems::DiagramBuilder<double>* builder,
+                               const Scenario& scenario);
 
 /** The log so far, for ComputeMetrics().
 @param context of the diagram that `station` is part of. */

@@ -49,9 +49,6 @@ class Separate:
     def __init__(self, scenario):
         self.builder = DiagramBuilder()
         self.logs = {}
-        seeds = np.random.SeedSequence(scenario.seed).generate_state(4, np.uint64)
-        names = ("filter", "sensor", "to_robot", "to_device")
-        self.seeds = dict(zip(names, map(int, seeds), strict=True))
         robot_sender = self.add_robot(scenario)
         device_sender = self.add_device(scenario)
         self.add_channel(scenario, "to_robot", device_sender, self.robot_message)
@@ -97,7 +94,9 @@ class Separate:
         scene = add_panda_scene(builder, params, q_start)
         reaction = self.add(SensorReaction(scene.sensor_joint))
         sensor = self.add(
-            systems.ForceTorqueSensor(scenario.sensor, p_SE_S, self.seeds["sensor"])
+            systems.ForceTorqueSensor(
+                scenario.sensor, p_SE_S, scenario.calc_seed("sensor")
+            )
         )
         kinematics = self.add(systems.ArmKinematics(model))
         proxy = self.add(systems.RobotSideProxy(scenario.robot_proxy))
@@ -106,7 +105,9 @@ class Separate:
         )
         self.hold = self.add(ZeroOrderHold(PERIOD, 7))
         particle_filter = self.add(
-            systems.ForceSpaceParticleFilter(scenario.filter, self.seeds["filter"])
+            systems.ForceSpaceParticleFilter(
+                scenario.filter, scenario.calc_seed("filter")
+            )
         )
         sender = self.add(systems.PoseSender(scenario.link.sender))
 
@@ -203,7 +204,7 @@ class Separate:
         link = scenario.link
         channel = self.add(
             systems.CommunicationChannel(
-                link.channel, self.seeds[name], link.rate, PERIOD
+                link.channel, scenario.calc_seed(name), link.rate, PERIOD
             )
         )
         self.connect(sender, "message", channel, "message")
