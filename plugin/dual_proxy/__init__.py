@@ -113,6 +113,7 @@ from dual_proxy._core import (
     saturate,
 )
 from dual_proxy.log import load_log, save_log
+from dual_proxy.native import native_available
 from dual_proxy.run import Run, RunError, run
 from dual_proxy.scenario import (
     Scenario,
@@ -227,6 +228,7 @@ __all__ = [
     "list_scenarios",
     "load_log",
     "load_scenario",
+    "native_available",
     "rate_limit",
     "run",
     "saturate",

@@ -18,9 +18,13 @@
 
 #include "dual_proxy/common/face.h"
 #include "dual_proxy/common/validate.h"
-#include "dual_proxy/station/panda_urdf.h"
 
 namespace dual_proxy {
+
+// The text of models/panda.urdf, the arm up to its flange; defined in
+// panda_urdf.cc, which the build makes.
+const char* PandaUrdf();
+
 namespace {
 
 using drake::geometry::Box;
@@ -73,7 +77,7 @@ DiscreteContactApproximation ToDrake(ContactApproximation approximation) {
 // along if the plant is registered with a scene graph.
 ModelInstanceIndex AddArm(MultibodyPlant<double>* plant, double tool_mass) {
   const ModelInstanceIndex arm = drake::multibody::Parser(plant)
-                                     .AddModelsFromString(kPandaUrdf, "urdf")
+                                     .AddModelsFromString(PandaUrdf(), "urdf")
                                      .at(0);
   const Vector3d moments = kToolMoments * (tool_mass / kToolMass);
   const Frame<double>& tool =

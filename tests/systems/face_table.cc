@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include <drake/common/name_value.h>
 #include <drake/common/yaml/yaml_io.h>
 
 #include "dual_proxy/baselines/position_force_haptic_side_system.h"
+#include "dual_proxy/common/serialize.h"
 #include "dual_proxy/common/window_mean_system.h"
 #include "dual_proxy/control/arm_kinematics_system.h"
 #include "dual_proxy/control/haptic_controller_system.h"
@@ -28,7 +28,6 @@
 namespace dual_proxy {
 
 using drake::AbstractValue;
-using drake::MakeNameValue;
 using drake::math::RigidTransformd;
 using drake::math::RotationMatrixd;
 using drake::systems::System;
@@ -37,7 +36,7 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// How Drake reads the YAML files: only what stands in them.
+// How Drake reads the YAML files, beside the params that say it themselves.
 
 template <typename Archive>
 void Serialize(Archive* a, PortRow* row) {
@@ -60,41 +59,9 @@ void Serialize(Archive* a, FaceRow* row) {
 }
 
 template <typename Archive>
-void Serialize(Archive* a, WorkspaceMapParams* params) {
-  a->Visit(MakeNameValue("p_cw", &params->p_cw));
-  a->Visit(MakeNameValue("R_cw", &params->R_cw));
-}
-
-template <typename Archive>
-void Serialize(Archive* a, CommunicationChannelParams* params) {
-  a->Visit(MakeNameValue("delay", &params->delay));
-  a->Visit(MakeNameValue("jitter", &params->jitter));
-  a->Visit(MakeNameValue("loss", &params->loss));
-}
-
-template <typename Archive>
-void Serialize(Archive* a, ForceSpaceParticleFilterParams* params) {
-  a->Visit(MakeNameValue("num_particles", &params->num_particles));
-  a->Visit(MakeNameValue("period", &params->period));
-}
-
-template <typename Archive>
 void Serialize(Archive* a, OperatorPathParams* params) {
   a->Visit(MakeNameValue("times", &params->times));
   a->Visit(MakeNameValue("points", &params->points));
-}
-
-template <typename Archive>
-void Serialize(Archive* a, SimulatedHapticDeviceParams* params) {
-  a->Visit(MakeNameValue("hand_stiffness", &params->hand_stiffness));
-}
-
-template <typename Archive>
-void Serialize(Archive* a, ForceTorqueSensorParams* params) {
-  a->Visit(MakeNameValue("force_bias", &params->force_bias));
-  a->Visit(MakeNameValue("cutoff", &params->cutoff));
-  a->Visit(MakeNameValue("tool_mass", &params->tool_mass));
-  a->Visit(MakeNameValue("tool_com", &params->tool_com));
 }
 
 template <typename Archive>
@@ -130,6 +97,13 @@ namespace {
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 const std::string kFolder = TEST_DATA;
+
+// What does not stand in the file has its default.
+template <typename T>
+T Load(const std::string& file) {
+  return drake::yaml::LoadYamlFile<T>(kFolder + "/" + file, {}, {},
+                                      {{.allow_cpp_with_no_yaml = true}});
+}
 
 // Numbers of a value in a trace, where a Matrix3X has one column.
 const std::map<std::string, int>& TypeWidths() {
@@ -175,8 +149,7 @@ int PortRow::Width() const {
 
 const std::map<std::string, FaceRow>& FaceTable() {
   static const std::map<std::string, FaceRow> table = [] {
-    auto rows = drake::yaml::LoadYamlFile<std::map<std::string, FaceRow>>(
-        kFolder + "/ports.yaml", {}, {}, {{.allow_cpp_with_no_yaml = true}});
+    auto rows = Load<std::map<std::string, FaceRow>>("ports.yaml");
     for (auto& [name, row] : rows) {
       if (row.class_name.empty()) row.class_name = name;
     }
@@ -199,10 +172,8 @@ RobotSideParams FaceParams::robot_side() const {
 
 const FaceParams& GetFaceParams() {
   static const FaceParams params = [] {
-    auto result =
-        drake::yaml::LoadYamlFile<FaceParams>(kFolder + "/params.yaml");
-    result.arm =
-        drake::yaml::LoadYamlFile<ArmModelParams>(kFolder + "/arm.yaml");
+    auto result = Load<FaceParams>("params.yaml");
+    result.arm = Load<ArmModelParams>("arm.yaml");
     return result;
   }();
   return params;
