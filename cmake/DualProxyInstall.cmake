@@ -19,14 +19,14 @@ foreach(library dual_proxy dual_proxy_drake)
 endforeach()
 
 foreach(folder ${DUAL_PROXY_FOLDERS})
+  set(path ${PROJECT_SOURCE_DIR}/${folder})
+  file(GLOB headers CONFIGURE_DEPENDS RELATIVE ${path} ${path}/*.h)
+  get_property(left_out DIRECTORY ${path} PROPERTY dual_proxy_headers_left_out)
+  list(REMOVE_ITEM headers ${left_out})
+  list(TRANSFORM headers PREPEND ${path}/)
   cmake_path(GET folder FILENAME name)
-  get_property(left_out DIRECTORY ${PROJECT_SOURCE_DIR}/${folder}
-               PROPERTY dual_proxy_headers_left_out)
-  list(TRANSFORM left_out REPLACE "(.+)" "PATTERN;\\1;EXCLUDE")
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder}/
-          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dual_proxy/${name}
-          COMPONENT dev
-          FILES_MATCHING PATTERN "*.h" ${left_out})
+  install(FILES ${headers} COMPONENT dev
+          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dual_proxy/${name})
 endforeach()
 
 configure_package_config_file(
