@@ -44,7 +44,8 @@ class StationBuilder {
     return {.scene = *scene_,
             .log = log_,
             .signals = std::move(signals_),
-            .path = OperatorPath(path_)};
+            .path = OperatorPath(path_),
+            .scheme = scenario_.scheme};
   }
 
  private:
@@ -289,10 +290,19 @@ RunLog MakeRunLog(const TeleopStation& station,
   result.time = log.sample_times().tail(count);
   result.signals = station.signals;
   result.signals.push_back({.name = "hand_position", .start = size, .size = 3});
-  result.values.resize(count, size + 3);
+  int columns = size + 3;
+  if (station.scheme != Scheme::kDualProxy) {
+    // Without a filter there is no estimate, ever.
+    result.signals.push_back(
+        {.name = "dimension", .start = columns, .size = 1});
+    result.signals.push_back(
+        {.name = "force_direction", .start = columns + 1, .size = 3});
+    columns += 4;
+  }
+  result.values = Eigen::MatrixXd::Zero(count, columns);
   result.values.leftCols(size) = log.data().rightCols(count).transpose();
   for (int i = 0; i < count; ++i) {
-    result.values.row(i).tail<3>() =
+    result.values.row(i).segment<3>(size) =
         station.path.Calc(result.time[i]).position.transpose();
   }
   return result;

@@ -32,6 +32,7 @@ struct TeleopStation {
   std::vector<SignalSlice> signals;
   /** Where the operator means the handle to be, in D. */
   OperatorPath path;
+  Scheme scheme{Scheme::kDualProxy};
 };
 
 /** Adds all of a scenario to a diagram; nothing here is control.

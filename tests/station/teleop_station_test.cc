@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/station/teleop_station.h"
+
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include <drake/common/yaml/yaml_io.h>
+#include <drake/systems/analysis/simulator.h>
+#include <gtest/gtest.h>
+
+namespace dual_proxy {
+namespace {
+
+using drake::systems::Diagram;
+using drake::systems::DiagramBuilder;
+using drake::systems::Simulator;
+
+const std::string kPlane =
+    DUAL_PROXY_SOURCE_DIR "/examples/scenarios/plane.yaml";
+const std::string kEverything =
+    DUAL_PROXY_SOURCE_DIR "/tests/data/one_of_everything.yaml";
+
+std::string WriteFile(const std::string& text) {
+  const std::string path = testing::TempDir() + "/scenario.yaml";
+  std::ofstream(path) << text;
+  return path;
+}
+
+// What LoadScenario() says of a file with this text.
+std::string LoadError(const std::string& text) {
+  const std::string path = WriteFile(text);
+  try {
+    LoadScenario(path);
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "no exception";
+}
+
+struct Sections {
+  mutable Scenario scenario;
+  template <typename Archive>
+  void Serialize(Archive* a) const {
+    scenario.SerializeSections(a);
+  }
+};
+
+std::string Text(const Scenario& scenario) {
+  return drake::yaml::SaveYamlString(Sections{scenario}, scenario.name);
+}
+
+// A station in a diagram of its own.
+struct Bench {
+  explicit Bench(const Scenario& scenario) {
+    DiagramBuilder<double> builder;
+    station = AddTeleopStation(&builder, scenario);
+    diagram = builder.Build();
+    simulator = std::make_unique<Simulator<double>>(*diagram);
+    simulator->Initialize();
+  }
+
+  RunLog AdvanceTo(double time) {
+    simulator->AdvanceTo(time);
+    return MakeRunLog(station, simulator->get_context());
+  }
+
+  TeleopStation station{.path = OperatorPath()};
+  std::unique_ptr<Diagram<double>> diagram;
+  std::unique_ptr<Simulator<double>> simulator;
+};
+
+TEST(LoadScenarioTest, DrakesReaderReadsWhatPythonReads) {
+  const Scenario plane = LoadScenario(kPlane);
+  EXPECT_EQ(plane.name, "plane");
+  EXPECT_EQ(plane.scene.table_height, 0.40);
+  EXPECT_EQ(plane.map.p_cw, plane.scene.start_position);
+  EXPECT_EQ(plane.map.R_cw, kToolPointingDown);
+  EXPECT_EQ(plane.operator_params.waypoints.size(), 11u);
+  // What is not written keeps its default.
+  EXPECT_EQ(plane.robot_proxy.max_force, 10);
+  EXPECT_EQ(plane.robot_proxy.stiffness, RobotSideProxyParams{}.stiffness);
+
+  const Scenario everything = LoadScenario(kEverything);
+  EXPECT_EQ(everything.name, "one_of_everything");
+  EXPECT_EQ(everything.scheme, Scheme::kPositionForce);
+  EXPECT_EQ(everything.law, Law::kPrinted);
+  EXPECT_EQ(everything.scene.boxes.size(), 2u);
+  EXPECT_EQ(everything.scene.boxes[1].yaw, -0.25);
+}
+
+TEST(LoadScenarioTest, WhatIsSavedIsLoadedAgain) {
+  Scenario scenario = LoadScenario(kPlane);
+  scenario.link.channel.delay = 0.123;
+  scenario.filter.num_particles = 321;
+  const Scenario again = LoadScenario(WriteFile(Text(scenario)));
+  EXPECT_EQ(Text(again), Text(scenario));
+  EXPECT_EQ(again.link.delay(), 0.123);
+  EXPECT_EQ(again.filter.num_particles, 321);
+}
+
+TEST(LoadScenarioTest, PresetsComeBeforeOverrides) {
+  const std::string waypoints = R"(
+  operator:
+    waypoints:
+      - {time: 0, position: [0.45, 0, 0.18]}
+      - {time: 1, position: [0.45, 0, 0.15]}
+)";
+  const Scenario scenario = LoadScenario(WriteFile(
+      "s:\n  scheme: position_force\n  controller: {position_damping: 7}\n"
+      "  overrides: {controller: {position_stiffness: 123}}" +
+      waypoints));
+  EXPECT_EQ(scenario.controller.position_stiffness, 123);
+  EXPECT_EQ(scenario.controller.position_damping, 20);
+}
+
+TEST(LoadScenarioTest, ErrorsNameWhatIsWrong) {
+  const auto expect = [](const std::string& text, const std::string& part) {
+    const std::string error = LoadError(text);
+    EXPECT_NE(error.find(part), std::string::npos) << error;
+  };
+  expect("s: {no_such_key: 1}", "no_such_key");
+  expect("s: {link: {delay: fast}}", "delay");
+  expect("s: {map: {p_cw: [0, 0, 0]}}", "p_cw");  // It is a copy.
+  expect("s: {link: {delay: -1}}", "s.link.delay");
+  expect("s: {law: strict}", "law");
+  expect("a: {}\nb: {}", "one top-level key");
+}
+
+TEST(TeleopStationTest, DiagramHasThePicturesNamesAndOutputs) {
+  const Bench dut(LoadScenario(kPlane));
+  for (const char* name : {"robot_side", "haptic_side", "filter", "to_robot",
+                           "to_device", "reaction", "contact_truth"}) {
+    EXPECT_TRUE(dut.diagram->HasSubsystemNamed(name)) << name;
+  }
+  for (const char* name :
+       {"robot_state", "sensed_wrench", "torque", "device_pose",
+        "device_wrench", "force_selection", "dimension"}) {
+    EXPECT_TRUE(dut.diagram->HasOutputPort(name)) << name;
+  }
+}
+
+TEST(TeleopStationTest, SameSeedSameLogOtherSeedAnother) {
+  Scenario scenario = LoadScenario(kPlane);
+  const RunLog log = Bench(scenario).AdvanceTo(0.3);
+  EXPECT_EQ(log.time.size(), 300);
+  EXPECT_NO_THROW(log.Validate());
+  EXPECT_TRUE(log.values.allFinite());
+  EXPECT_EQ(Bench(scenario).AdvanceTo(0.3).values, log.values);
+  scenario.seed = 1;
+  EXPECT_NE(Bench(scenario).AdvanceTo(0.3).values, log.values);
+}
+
+TEST(TeleopStationTest, ToolGoesDownOntoTheTableAndFeelsIt) {
+  const Scenario scenario = LoadScenario(kPlane);
+  const RunLog log = Bench(scenario).AdvanceTo(4.5);
+  const Eigen::Index last = log.time.size() - 1;
+  EXPECT_EQ(log.Signal<1>("dimension")(last, 0), 1);
+  EXPECT_EQ(log.Signal<1>("contact_dimension")(last, 0), 1);
+  EXPECT_LT(log.Signal<3>("contact_force")(last, 2), -3);
+  EXPECT_GT(log.Signal<3>("device_force")(last, 2), 3);
+  const Metrics metrics =
+      ComputeMetrics(log, MakeMetricsParams(scenario), std::nullopt);
+  EXPECT_EQ(metrics.size(), MetricDescriptions().size());
+}
+
+TEST(TeleopStationTest, BaselineSendsTheSensedForceBack) {
+  Scenario scenario = LoadScenario(kPlane);
+  scenario.scheme = Scheme::kPositionForce;
+  scenario.ApplyPresets();
+  const RunLog log = Bench(scenario).AdvanceTo(4.5);
+  const Eigen::Index last = log.time.size() - 1;
+  EXPECT_LT(log.Signal<3>("contact_force")(last, 2), -1);
+  EXPECT_GT(log.Signal<3>("device_force")(last, 2), 0.5);
+  EXPECT_EQ(log.Signal<1>("haptic_link_status")(last, 0), 1);
+}
+
+TEST(TeleopStationTest, WhatCannotBeReachedIsAnError) {
+  Scenario scenario = LoadScenario(kPlane);
+  scenario.scene.start_position.z() = 1.9;
+  DiagramBuilder<double> builder;
+  EXPECT_THROW(AddTeleopStation(&builder, scenario), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace dual_proxy
