@@ -2,6 +2,7 @@
 The Drake-free algorithms of dual_proxy.
 """
 from __future__ import annotations
+import collections.abc
 import enum
 import numpy
 import numpy.typing
@@ -4371,14 +4372,10 @@ class Scenario:
         """
         Sets what `scheme` and `law` decide.
         """
-    def _calc_operator_motion(self) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], bool]:
+    def _calc_operator_path(self) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], bool]:
         """
-        The path through the waypoints: times (n,), s; positions (n, 3), m, in B; whether it is sampled.
-        Raises ScenarioError if there is a recording.
-        """
-    def _calc_run_duration(self, motion_end: typing.SupportsFloat | typing.SupportsIndex) -> float:
-        """
-        How long a run lasts, s, from the end of the operator's path, s.
+        Where the operator means the tool to go: times (n,), s; positions (n, 3), m, in B;
+        whether it is densely sampled. Raises ScenarioError if a recording cannot be read.
         """
     def _read(self, mapping: dict) -> None:
         """
@@ -4389,12 +4386,22 @@ class Scenario:
         """
         The mapping that _read() reads, without overrides.
         """
+    def calc_seed(self, stream: str) -> int:
+        """
+        The seed of a stream of random numbers, from `seed`: of the "filter", the "sensor", the
+        channels "to_robot" and "to_device".
+        """
     def reachable(self, points: typing.Any) -> typing.Annotated[numpy.typing.NDArray[numpy.bool], "[m, 1]"]:
         """
         Tells which points, (n, 3), m, in B, the device can ask for: (n,) bool.
         
         They lie, mapped to the device, within 95 % of its workspace, and over the table. The set
         is convex.
+        """
+    def run_duration(self) -> float:
+        """
+        How long a run lasts, s; see `extend_for_delay`. Raises ScenarioError if a recording
+        cannot be read.
         """
     def validate(self) -> None:
         """
@@ -4560,6 +4567,37 @@ class Scenario:
     @sensor.setter
     def sensor(self, arg1: typing.Any) -> None:
         ...
+def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], map: WorkspaceMapParams, delay: typing.SupportsFloat | typing.SupportsIndex, has_filter: bool, wall_s: typing.SupportsFloat | typing.SupportsIndex | None) -> list[tuple[str, None | bool | int | float]]:
+    """
+    [(key, value)] of every metric, in order.
+    
+    time: (n,), s. values: (n, m). signals: [(name, number of columns)].
+    """
+def _map_device_positions(map: WorkspaceMapParams, x_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+    """
+    (n, 3), m, from D to B.
+    """
+def _metric_descriptions() -> list[tuple[str, str, str]]:
+    """
+    [(key, unit, description)] of every metric, in order.
+    """
+def _metrics_json(metrics: collections.abc.Sequence[tuple[str, None | bool | typing.SupportsInt | typing.SupportsIndex | typing.SupportsFloat | typing.SupportsIndex]]) -> str:
+    """
+    The text of metrics.json for [(key, value)].
+    """
+def _normal_error_deg(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    """
+    (n,), deg; the arguments are those of `_compute_metrics`.
+    """
+def _place_recording(times: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"], start: typing.Any, contact_height: typing.SupportsFloat | typing.SupportsIndex, press_depth: typing.SupportsFloat | typing.SupportsIndex, reachable: collections.abc.Callable[[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]], bool]) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]]:
+    """
+    (times (m,), positions (m, 3)). reachable: whether all of some points, (n, 3), can be
+    reached.
+    """
+def _read_recording(path: str) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], numpy.typing.NDArray[numpy.float64] | None]:
+    """
+    (times (n,), positions (n, 3), rotations (n, 3, 3) or None).
+    """
 def calc_operational_space_inertia(jacobian: typing.Any, mass: typing.Any, max_mass: typing.SupportsFloat | typing.SupportsIndex = 50.0, length: typing.SupportsFloat | typing.SupportsIndex = 0.2) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"], bool]:
     """
     Returns (Lambda, singular): (J A^-1 J^T)^-1 bounded, (6, 6), in B, and whether the bound acted.
@@ -4572,3 +4610,4 @@ def saturate(value: typing.Any, max_norm: typing.SupportsFloat | typing.Supports
     """
     `value` (3,) shortened to `max_norm` if it is longer.
     """
+_RECORDING_MOVE_TIME: float = 2.0
