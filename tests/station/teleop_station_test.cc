@@ -65,7 +65,7 @@ struct Bench {
     return MakeRunLog(station, simulator->get_context());
   }
 
-  TeleopStation station{.path = OperatorPath()};
+  TeleopStation station;
   std::unique_ptr<Diagram<double>> diagram;
   std::unique_ptr<Simulator<double>> simulator;
 };
