@@ -6,8 +6,9 @@ python benchmarks/loop_cost.py [--repeats N]
 Simulates scene `plane` while the tool presses and slides, with the LeafSystems
 written in Python and, where this build has them, with those in C++; and the
 same motion of the plant alone, driven by the logged torques. Prints Markdown:
-microseconds of wall clock per simulated millisecond. The three take turns, in
-short pieces of the same simulated time, since a machine's speed drifts.
+microseconds of wall clock per simulated millisecond, of the loop alone (both
+sides, link, filter, sensor, device) and with the log of all signals. They take
+turns, in short pieces of the same simulated time, as a machine's speed drifts.
 """
 
 from __future__ import annotations
@@ -33,12 +34,12 @@ from dual_proxy.station import Station, build_station
 BEGIN, END, PIECE = 6.0, 10.0, 0.25
 
 
-def make_station(faces: str) -> Station:
-    """Builds scene `plane` with LeafSystems of one kind."""
+def make_station(faces: str, logged: bool) -> Station:
+    """Builds scene `plane` with LeafSystems of one kind, `python` or `native`."""
     before = os.environ.get("DUAL_PROXY_FACES")
     os.environ["DUAL_PROXY_FACES"] = faces
     try:
-        return build_station(dp.load_scenario("plane"))
+        return build_station(dp.load_scenario("plane"), logged=logged)
     finally:
         del os.environ["DUAL_PROXY_FACES"]
         if before is not None:
@@ -116,23 +117,30 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, default=3)
     options = parser.parse_args(arguments)
-    kinds = ["python", *(["native"] if dp.native_available() else [])]
-    stations = {kind: make_station(kind) for kind in kinds}
-    recorded = stations["python"]
+    recorded = make_station("python", logged=True)
     recorded.advance_to(END + PIECE)
+    names = {"python": "Python"}
+    if dp.native_available():
+        names["native"] = "C++"
+    stations = {
+        f"loop, LeafSystems in {name}{', and log' if logged else ''}": make_station(
+            faces, logged
+        )
+        for faces, name in names.items()
+        for logged in (False, True)
+    }
     costs = measure(Plant(recorded), stations, options.repeats)
     plant = np.array(costs["plant"])
-    over = {kind: np.array(costs[kind]) - plant for kind in kinds}
+    over = {name: np.array(costs[name]) - plant for name in stations}
+    slowest = max(np.median(values) for values in over.values())
     print("| | us per simulated ms | over the plant, median (5 %, 95 %) | ratio |")
     print("| --- | --- | --- | --- |")
     print(f"| plant alone, in contact | {np.median(plant):.1f} | | |")
-    for kind in kinds:
-        low, middle, high = np.percentile(over[kind], [5, 50, 95])
-        ratio = middle / np.median(over["python"])
+    for name, values in over.items():
+        low, middle, high = np.percentile(values, [5, 50, 95])
         print(
-            f"| LeafSystems in {'Python' if kind == 'python' else 'C++'} | "
-            f"{np.median(costs[kind]):.1f} | {middle:.1f} ({low:.1f}, {high:.1f}) | "
-            f"{ratio:.3f} |"
+            f"| {name} | {np.median(costs[name]):.1f} | "
+            f"{middle:.1f} ({low:.1f}, {high:.1f}) | {middle / slowest:.3f} |"
         )
 
 

@@ -95,7 +95,9 @@ class Station:
     simulator : of the diagram, at time 0.
     """
 
-    def __init__(self, scenario: Scenario, meshcat: bool = False) -> None:
+    def __init__(
+        self, scenario: Scenario, meshcat: bool = False, logged: bool = True
+    ) -> None:
         self.scenario = scenario
         self._builder = DiagramBuilder()
         self._ports: dict[str, OutputPort] = {}
@@ -109,11 +111,13 @@ class Station:
         for index, port in enumerate(self._ports.values()):
             self._builder.Connect(port, everything.get_input_port(index))
         self._everything = everything.get_output_port()
-        self._sink = LogVectorOutput(
-            self._everything,
-            self._builder,
-            publish_period=scenario.scene.time_step,
-        )
+        self._sink: Any = None
+        if logged:
+            self._sink = LogVectorOutput(
+                self._everything,
+                self._builder,
+                publish_period=scenario.scene.time_step,
+            )
         self.diagram: Diagram = self._builder.Build()
         self.diagram.set_name("station")
         self.simulator = Simulator(self.diagram)
@@ -135,7 +139,15 @@ class Station:
         self.simulator.AdvanceTo(time)
 
     def log_frame(self) -> pd.DataFrame:
-        """Returns the log so far; see `dual_proxy.log.SIGNALS`."""
+        """Returns the log so far; see `dual_proxy.log.SIGNALS`.
+
+        Raises
+        ------
+        RuntimeError
+            If the station was built without a log.
+        """
+        if self._sink is None:
+            raise RuntimeError("log_frame: the station was built with logged=False")
         log: Any = self._sink.FindLog(self.simulator.get_context())
         # Before the first step there is nothing that could be logged.
         times = log.sample_times()[1:]
@@ -334,13 +346,16 @@ class Station:
         return {name: values[name] for name in SIGNALS}
 
 
-def build_station(scenario: Scenario, meshcat: bool = False) -> Station:
+def build_station(
+    scenario: Scenario, meshcat: bool = False, logged: bool = True
+) -> Station:
     """Builds the diagram of a scenario, ready to simulate.
 
     Parameters
     ----------
     scenario : what to build; see `dual_proxy.load_scenario`.
     meshcat : whether to open a viewer and draw the run in it.
+    logged : whether to note all signals in every control period.
 
     Raises
     ------
@@ -348,4 +363,4 @@ def build_station(scenario: Scenario, meshcat: bool = False) -> Station:
         If the parameters contradict each other, or no posture of the arm
         reaches the start.
     """
-    return Station(scenario, meshcat)
+    return Station(scenario, meshcat, logged)

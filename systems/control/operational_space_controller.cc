@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/control/operational_space_controller.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/link/message.h"
@@ -53,6 +53,36 @@ void ThrowUnlessAllPositive(const char* who, const char* field,
                             const Vector7& value) {
   ThrowUnlessFinite(who, field, value);
   ThrowUnlessPositive(who, field, value.minCoeff());
+}
+
+// The lower triangle of A becomes its Cholesky factor; false if A is not positive
+// definite. These two are plain loops, as Eigen's are made for large matrices.
+template <int n>
+bool FactorInPlace(Eigen::Matrix<double, n, n>* A) {
+  for (int j = 0; j < n; ++j) {
+    double pivot = (*A)(j, j);
+    for (int k = 0; k < j; ++k) pivot -= (*A)(j, k) * (*A)(j, k);
+    if (!(pivot > 0)) return false;
+    const double root = std::sqrt(pivot);
+    (*A)(j, j) = root;
+    for (int i = j + 1; i < n; ++i) {
+      double sum = (*A)(i, j);
+      for (int k = 0; k < j; ++k) sum -= (*A)(i, k) * (*A)(j, k);
+      (*A)(i, j) = sum / root;
+    }
+  }
+  return true;
+}
+
+// X becomes L^-1 X, with the lower triangle of L.
+template <int n, int m>
+void SolveLowerInPlace(const Eigen::Matrix<double, n, n>& L,
+                       Eigen::Matrix<double, n, m>* X) {
+  for (int i = 0; i < n; ++i) {
+    const double scale = 1 / L(i, i);
+    for (int j = 0; j < i; ++j) X->row(i) -= L(i, j) * X->row(j);
+    X->row(i) *= scale;
+  }
 }
 
 bool IsFinite(const ModelTerms& model) {
@@ -108,8 +138,8 @@ OperationalSpaceInertia CalcOperationalSpaceInertia(const Matrix67& J_BE,
                                                     double max_mass,
                                                     double length) noexcept {
   OperationalSpaceInertia result;
-  const Eigen::LLT<Matrix7> mass_llt(mass);
-  if (mass_llt.info() != Eigen::Success) return result;
+  Matrix7 L_mass = mass;
+  if (!FactorInPlace(&L_mass)) return result;
   result.valid = true;
 
   // Scaled so that all eigenvalues are 1/kg. X^T X with X = L^-1 J^T is exactly
@@ -117,14 +147,18 @@ OperationalSpaceInertia CalcOperationalSpaceInertia(const Matrix67& J_BE,
   Vector6 scale;
   scale << 1, 1, 1, length, length, length;
   Eigen::Matrix<double, 7, 6> X = J_BE.transpose() * scale.asDiagonal();
-  mass_llt.matrixL().solveInPlace(X);
-  const Matrix6 mobility = X.transpose() * X;
+  SolveLowerInPlace(L_mass, &X);
+  const Matrix6 mobility = X.transpose().lazyProduct(X);
 
   const double smallest = 1 / max_mass;
-  const Eigen::LLT<Matrix6> margin(mobility - smallest * Matrix6::Identity());
+  Matrix6 margin = mobility - smallest * Matrix6::Identity();
   Matrix6 scaled;
-  if (margin.info() == Eigen::Success) {
-    scaled = mobility.llt().solve(Matrix6::Identity());
+  if (FactorInPlace(&margin)) {
+    Matrix6 L = mobility;
+    FactorInPlace(&L);
+    Matrix6 L_inverse = Matrix6::Identity();
+    SolveLowerInPlace(L, &L_inverse);
+    scaled = L_inverse.transpose().lazyProduct(L_inverse);
   } else {
     result.singular = true;
     const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(mobility);

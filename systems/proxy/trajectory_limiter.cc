@@ -158,6 +158,12 @@ void TrajectoryLimiter::Update(
   state->v = linear.velocity;
   state->a = linear.acceleration;
 
+  // Nothing to do at rest, which is where most scenes leave the orientation.
+  if (target.R == state->pose.R && state->w.isZero(0.0) &&
+      target_velocity.tail<3>().isZero(0.0)) {
+    state->alpha.setZero();
+    return;
+  }
   const Step angular =
       Approach(LogRotation(target.R * state->pose.R.transpose()),
                target_velocity.tail<3>(), state->w,
