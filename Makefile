@@ -46,6 +46,7 @@ stubs: build  ## Regenerate plugin/dual_proxy/_core.pyi from the bindings
 figures: build  ## Print the tables of README and docs, draw the README's picture
 	$(BIN)/python benchmarks/plane.py --picture docs/images/plane.png
 	$(BIN)/python benchmarks/law.py
+	$(BIN)/python benchmarks/loop_cost.py --page docs/benchmarks.md
 
 clean:
 	rm -rf build out

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the teleoperation loop costs over the simulated arm alone.
 
-python benchmarks/loop_cost.py [--repeats N]
+python benchmarks/loop_cost.py [--repeats N] [--page docs/benchmarks.md]
 
 Simulates scene `plane` while the tool presses and slides, with the LeafSystems
 written in Python and, where this build has them, with those in C++; and the
@@ -17,6 +17,7 @@ import argparse
 import os
 import time as clock
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,9 @@ from dual_proxy.station import Station, build_station
 
 # Simulated time that is measured, s: the tool presses and slides.
 BEGIN, END, PIECE = 6.0, 10.0, 0.25
+
+# After this line of a page stands the table, up to the next empty line.
+MARK = "<!-- loop_cost.py -->\n"
 
 
 def make_station(faces: str, logged: bool) -> Station:
@@ -116,6 +120,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Measures and prints the table as Markdown."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--page", type=Path)
     options = parser.parse_args(arguments)
     recorded = make_station("python", logged=True)
     recorded.advance_to(END + PIECE)
@@ -133,15 +138,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
     plant = np.array(costs["plant"])
     over = {name: np.array(costs[name]) - plant for name in stations}
     slowest = max(np.median(values) for values in over.values())
-    print("| | us per simulated ms | over the plant, median (5 %, 95 %) | ratio |")
-    print("| --- | --- | --- | --- |")
-    print(f"| plant alone, in contact | {np.median(plant):.1f} | | |")
+    lines = [
+        "| | us per simulated ms | over the plant, median (5 %, 95 %) | ratio |",
+        "| --- | --- | --- | --- |",
+        f"| plant alone, in contact | {np.median(plant):.1f} | | |",
+    ]
     for name, values in over.items():
         low, middle, high = np.percentile(values, [5, 50, 95])
-        print(
+        lines.append(
             f"| {name} | {np.median(costs[name]):.1f} | "
             f"{middle:.1f} ({low:.1f}, {high:.1f}) | {middle / slowest:.3f} |"
         )
+    table = "\n".join(lines)
+    print(table)
+    if options.page:
+        before, mark, rest = options.page.read_text().partition(MARK)
+        if not mark:
+            parser.error(f"--page: {options.page} has no line {MARK!r}")
+        _, _, after = rest.partition("\n\n")
+        options.page.write_text(f"{before}{mark}{table}\n\n{after}")
 
 
 if __name__ == "__main__":

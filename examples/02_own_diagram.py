@@ -59,12 +59,12 @@ path = dp.OperatorPath([0, 3], [[0, 0], [0, 0], [0, -0.044]], "minimum_jerk")
 robot_params, hand_params = dp.RobotSideProxyParams(), dp.HapticSideParams()
 robot_params.map.p_cw = hand_params.proxy.map.p_cw = START
 builder = DiagramBuilder()
-device = builder.AddSystem(systems.SimulatedHapticDevice(path))
-hand = builder.AddSystem(systems.HapticSide(hand_params))
-proxy = builder.AddSystem(systems.RobotSideProxy(robot_params))
+device = systems.SimulatedHapticDevice.add_to(builder, path)
+hand = systems.HapticSide.add_to(builder, hand_params)
+proxy = systems.RobotSideProxy.add_to(builder, robot_params)
 robot, split = map(builder.AddSystem, (PointRobot(), Demultiplexer(12, 3)))
-finder = builder.AddSystem(systems.ForceSpaceParticleFilter(seed=0))
-sender = builder.AddSystem(systems.PoseSender())
+finder = systems.ForceSpaceParticleFilter.add_to(builder, seed=0)
+sender = systems.PoseSender.add_to(builder)
 for source, target, ports in (
     (device, hand, "device_pose device_velocity"),
     (hand, device, "device_wrench"),

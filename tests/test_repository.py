@@ -41,7 +41,13 @@ def test_all_public_names_exist():
 
 
 @pytest.mark.parametrize(
-    "page", ["README.md", "docs/notes_on_the_paper.md", "docs/use_from_cpp.md"]
+    "page",
+    [
+        "README.md",
+        "docs/benchmarks.md",
+        "docs/notes_on_the_paper.md",
+        "docs/use_from_cpp.md",
+    ],
 )
 def test_paths_in_documents_exist(page):
     text = (ROOT / page).read_text()
@@ -74,3 +80,19 @@ def test_no_source_file_lacks_its_license():
     for name in files:
         head = (ROOT / name).read_text()[:200]
         assert "SPDX-License-Identifier: BSD-3-Clause" in head, name
+
+
+def test_nothing_compiled_is_tracked():
+    listed = subprocess.run(
+        ["git", "ls-files", "--eol"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    binary = [
+        line.split("\t")[1]
+        for line in listed.stdout.splitlines()
+        if line.startswith("i/-text")
+    ]
+    assert all(name.startswith("docs/images/") for name in binary), binary
