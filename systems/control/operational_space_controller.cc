@@ -55,8 +55,9 @@ void ThrowUnlessAllPositive(const char* who, const char* field,
   ThrowUnlessPositive(who, field, value.minCoeff());
 }
 
-// The lower triangle of A becomes its Cholesky factor; false if A is not positive
-// definite. These two are plain loops, as Eigen's are made for large matrices.
+// The lower triangle of A becomes its Cholesky factor; false if A is not
+// positive definite. These two are plain loops, as Eigen's are made for large
+// matrices.
 template <int n>
 bool FactorInPlace(Eigen::Matrix<double, n, n>* A) {
   for (int j = 0; j < n; ++j) {
