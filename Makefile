@@ -15,6 +15,10 @@ demo: build  ## Run scene `plane` and write its report to out/demo
 test: build  ## Run every test, C++ and Python
 	$(BIN)/ctest --test-dir build --output-on-failure -j $(JOBS)
 	$(BIN)/python -m pytest
+	@if $(BIN)/python -c \
+	  'import dual_proxy as dp; raise SystemExit(not dp.native_available())'; then \
+	  echo 'Once more with the LeafSystems in Python' && \
+	  DUAL_PROXY_FACES=python $(BIN)/python -m pytest; fi
 
 build: $(READY)  ## Build and install into .venv, with the C++ tests
 	CMAKE_BUILD_PARALLEL_LEVEL=$(JOBS) $(BIN)/pip install --quiet \

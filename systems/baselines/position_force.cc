@@ -21,8 +21,7 @@ PositionForceHapticSide::PositionForceHapticSide(const Params& params)
 
 void PositionForceHapticSide::Update(double time, const ForceMessage& message,
                                      State* state) const noexcept {
-  if (monitor_.Update(time, message.sequence, message.send_time,
-                      IsValid(message), &state->link)) {
+  if (monitor_.Update(time, message, &state->link)) {
     state->sensed_force = message.force;
   }
   if (state->link.status == LinkStatus::kConnected) {

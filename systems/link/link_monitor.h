@@ -95,6 +95,16 @@ class LinkMonitor {
   bool Update(double time, std::int64_t sequence, double send_time, bool valid,
               LinkMonitorState* state) const noexcept;
 
+  /** The same for a message of link/message.h, whose content is only checked
+  when it is new. */
+  template <class Message>
+  bool Update(double time, const Message& message,
+              LinkMonitorState* state) const noexcept {
+    const bool valid =
+        message.sequence != state->seen_sequence && IsValid(message);
+    return Update(time, message.sequence, message.send_time, valid, state);
+  }
+
  private:
   bool Accept(double time, std::int64_t sequence, double send_time, bool valid,
               LinkMonitorState* state) const noexcept;

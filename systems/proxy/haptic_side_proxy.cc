@@ -61,8 +61,7 @@ void HapticSideProxy::Update(double time, const HapticSideProxyInput& input,
                              HapticSideProxyState* state) const noexcept {
   const PoseMessage& message = input.message;
   HapticSideProxyOutput& output = state->output;
-  const bool fresh = monitor_.Update(time, message.sequence, message.send_time,
-                                     IsValid(message), &state->link);
+  const bool fresh = monitor_.Update(time, message, &state->link);
   if (fresh) {
     output.proxy_pose = map_.HapticProxy(message.pose.p, message.pose.R);
     output.force_selection = map_.HapticSelection(message.force_selection);

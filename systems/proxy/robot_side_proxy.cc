@@ -119,8 +119,7 @@ void RobotSideProxy::Release(const Pose& X_BE, const Eigen::Matrix3d& Omega_f,
 void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
                             RobotSideProxyState* state) const noexcept {
   const PoseMessage& message = input.message;
-  const bool fresh = monitor_.Update(time, message.sequence, message.send_time,
-                                     IsValid(message), &state->link);
+  const bool fresh = monitor_.Update(time, message, &state->link);
   if (fresh) {
     interpolator_.Add(time, map_.RobotProxy(message.pose.p, message.pose.R),
                       message.send_time, &state->interpolator);
