@@ -101,23 +101,13 @@ class Station:
         self.scenario = scenario
         self._builder = DiagramBuilder()
         self._ports: dict[str, OutputPort] = {}
+        self._watched = meshcat or logged
         self._add_robot()
         self._add_device()
         self._add_link()
-        # One sink for all that is logged: every event of Drake's has its price.
-        sizes = [port.size() for port in self._ports.values()]
-        self._columns = np.cumsum(sizes)[:-1]
-        everything = self._builder.AddNamedSystem("everything", Multiplexer(sizes))
-        for index, port in enumerate(self._ports.values()):
-            self._builder.Connect(port, everything.get_input_port(index))
-        self._everything = everything.get_output_port()
         self._sink: Any = None
-        if logged:
-            self._sink = LogVectorOutput(
-                self._everything,
-                self._builder,
-                publish_period=scenario.scene.time_step,
-            )
+        if self._watched:
+            self._gather(logged)
         self.diagram: Diagram = self._builder.Build()
         self.diagram.set_name("station")
         self.simulator = Simulator(self.diagram)
@@ -161,6 +151,21 @@ class Station:
         frame = make_frame(times, self._signals(times, row[np.newaxis]))
         return dict(zip(frame.columns, frame.iloc[0].tolist(), strict=True))
 
+    def _gather(self, logged: bool) -> None:
+        """All signals side by side, and one sink for them: every event of Drake's
+        has its price."""
+        sizes = [port.size() for port in self._ports.values()]
+        self._columns = np.cumsum(sizes)[:-1]
+        everything = self._builder.AddNamedSystem("everything", Multiplexer(sizes))
+        for index, port in enumerate(self._ports.values()):
+            self._builder.Connect(port, everything.get_input_port(index))
+        self._everything = everything.get_output_port()
+        if logged:
+            period = self.scenario.scene.time_step
+            self._sink = LogVectorOutput(
+                self._everything, self._builder, publish_period=period
+            )
+
     def _add(self, name: str, system: type[NativeTwin], *args: Any) -> Any:
         return system.add_to(self._builder, *args, name=name)
 
@@ -197,19 +202,20 @@ class Station:
             p_SE_S,
             scenario.calc_seed("sensor"),
         )
-        truth = self._add("contact_truth", ContactTruthSystem, scene.tool_body)
         builder.Connect(
             scene.reaction_forces_port, reaction.GetInputPort("reaction_forces")
-        )
-        builder.Connect(
-            scene.contact_results_port, truth.GetInputPort("contact_results")
         )
         builder.Connect(scene.state_port, side.GetInputPort("robot_state"))
         builder.Connect(side.GetOutputPort("torque"), scene.actuation_port)
         self._connect(reaction, "reaction", side, "reaction")
         self._robot_side = side
         self._ports["robot"] = side.GetOutputPort("signals")
-        self._ports["truth"] = truth.GetOutputPort("truth")
+        if self._watched:
+            truth = self._add("contact_truth", ContactTruthSystem, scene.tool_body)
+            builder.Connect(
+                scene.contact_results_port, truth.GetInputPort("contact_results")
+            )
+            self._ports["truth"] = truth.GetOutputPort("truth")
         self._export(scene.state_port, "robot_state")
         self._export(side.GetOutputPort("sensed_wrench"), "sensed_wrench")
         self._export(side.GetOutputPort("torque"), "torque")

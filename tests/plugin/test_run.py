@@ -166,3 +166,17 @@ def test_save_writes_what_it_says(tmp_path):
     np.testing.assert_array_equal(
         again.log.loc[:0.5, columns].to_numpy(), run.log[columns].to_numpy()
     )
+
+
+def test_a_station_without_a_log_goes_the_same_way():
+    scenario = dp.load_scenario("plane")
+    with_log, without = (Station(scenario, logged=logged) for logged in (True, False))
+    states = []
+    for station in (with_log, without):
+        station.advance_to(0.5)
+        context = station.simulator.get_context()
+        states.append(station.diagram.GetOutputPort("robot_state").Eval(context))
+    np.testing.assert_array_equal(*states)
+    assert not without.diagram.HasSubsystemNamed("contact_truth")
+    with pytest.raises(RuntimeError, match="logged=False"):
+        without.log_frame()
