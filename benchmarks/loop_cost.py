@@ -138,7 +138,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     plant = np.array(costs["plant"])
     over = {name: np.array(costs[name]) - plant for name in stations}
     lines = [
-        "| | us per simulated ms | over the plant: median (5, 95 %) | ratio to Python |",
+        "| | us per simulated ms | over the plant: median (5, 95 %) | of Python |",
         "| --- | --- | --- | --- |",
         f"| plant alone, in contact | {np.median(plant):.1f} | | |",
     ]
