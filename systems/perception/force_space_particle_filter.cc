@@ -143,10 +143,35 @@ FilterStatus ForceSpaceParticleFilter::Update(
     return FilterStatus::kBadInput;
   }
   ++state->updates;
+  const int num_added = CountAdded(sensed_force, velocity, motion_force);
+  const bool is_free = state->singular_values(0) == 0;
+  return is_free && num_added == 0 && state->num_priors == 0
+             ? UpdateFree(sensed_force, velocity, state)
+             : UpdateInFull(sensed_force, velocity, motion_force, contact_force,
+                            num_added, state);
+}
+
+FilterStatus ForceSpaceParticleFilter::UpdateFree(
+    const Eigen::Vector3d& sensed_force, const Eigen::Vector3d& velocity,
+    State* state) const noexcept {
+  // All particles are at the centre and stay there; what is left of a full
+  // update is the number that its resampling draws, and whether there was any
+  // weight.
+  state->random.Uniform();
+  const PaperLikelihood weight(params_.resampling_thresholds, sensed_force,
+                               velocity);
+  if (weight(0, 0, 0) > 0) return FilterStatus::kOk;
+  ++state->all_weights_zero;
+  return FilterStatus::kAllWeightsZero;
+}
+
+FilterStatus ForceSpaceParticleFilter::UpdateInFull(
+    const Eigen::Vector3d& sensed_force, const Eigen::Vector3d& velocity,
+    const Eigen::Vector3d& motion_force, const Eigen::Vector3d& contact_force,
+    int num_added, State* state) const noexcept {
   int count = MoveParticles(state);
   count = AddPrior(count, state);
-  count = AddTentative(sensed_force, velocity, motion_force, contact_force,
-                       count, state);
+  count = AddTentative(motion_force, contact_force, num_added, count, state);
   state->augmented.col(count++).setZero();
   const bool is_ok = Resample(sensed_force, velocity, count, state);
   CalcSpaces(state);
@@ -196,21 +221,25 @@ int ForceSpaceParticleFilter::AddPrior(int count, State* state) const noexcept {
   return count;
 }
 
-int ForceSpaceParticleFilter::AddTentative(const Eigen::Vector3d& sensed_force,
-                                           const Eigen::Vector3d& velocity,
-                                           const Eigen::Vector3d& motion_force,
-                                           const Eigen::Vector3d& contact_force,
-                                           int count,
-                                           State* state) const noexcept {
-  const double epsilon = params_.epsilon;
-  if (!(motion_force.norm() > epsilon)) return count;
-  const Eigen::Vector3d tentative = NormalizedOrZero(motion_force, epsilon);
-  const Eigen::Vector3d u_f = NormalizedOrZero(contact_force, epsilon);
+int ForceSpaceParticleFilter::CountAdded(
+    const Eigen::Vector3d& sensed_force, const Eigen::Vector3d& velocity,
+    const Eigen::Vector3d& motion_force) const noexcept {
+  if (!(motion_force.norm() > params_.epsilon)) return 0;
+  const Eigen::Vector3d tentative =
+      NormalizedOrZero(motion_force, params_.epsilon);
   const PaperLikelihood weight(params_.update_thresholds, sensed_force,
                                velocity);
   const double share = weight(tentative.x(), tentative.y(), tentative.z());
-  const int num_added =
-      static_cast<int>(std::floor(share * params_.num_particles + 0.5));
+  return static_cast<int>(std::floor(share * params_.num_particles + 0.5));
+}
+
+int ForceSpaceParticleFilter::AddTentative(const Eigen::Vector3d& motion_force,
+                                           const Eigen::Vector3d& contact_force,
+                                           int num_added, int count,
+                                           State* state) const noexcept {
+  const double epsilon = params_.epsilon;
+  const Eigen::Vector3d tentative = NormalizedOrZero(motion_force, epsilon);
+  const Eigen::Vector3d u_f = NormalizedOrZero(contact_force, epsilon);
   for (int i = 0; i < num_added; ++i) {
     const double s = (i + 0.5) / num_added;
     state->augmented.col(count++) =

@@ -175,6 +175,8 @@ Where this departs from what is printed:
 - All weights zero: the printed resampling divides by zero. The moved particles
   are kept, the last slot becomes the centre, and it is counted.
 - n_add is w(rho_t) num_particles rounded to the nearest integer, half up.
+- In free space (every particle at the centre, no prior, nothing to add) the
+  update is known beforehand and skipped, with the very same result.
 - The spaces come from the 3 x 3 eigenproblem of sum rho rho^T, which has the
   singular vectors and squared singular values of the printed matrix (its
   appended zero columns change nothing).
@@ -215,7 +217,7 @@ class ForceSpaceParticleFilter {
   @param[in,out] state  but for its count unchanged if kBadInput is returned.
   @returns kOk, kBadInput (also for a state that is not compatible) or
     kAllWeightsZero.
-  Cost O(num_particles). No heap, no throw. */
+  Cost O(num_particles), constant in free space. No heap, no throw. */
   FilterStatus Update(const Eigen::Vector3d& sensed_force,
                       const Eigen::Vector3d& velocity,
                       const Eigen::Vector3d& motion_force,
@@ -231,14 +233,25 @@ class ForceSpaceParticleFilter {
                         State* state) const noexcept;
 
  private:
+  friend class ForceSpaceParticleFilterTester;
+
   int capacity() const noexcept;
+  int CountAdded(const Eigen::Vector3d& sensed_force,
+                 const Eigen::Vector3d& velocity,
+                 const Eigen::Vector3d& motion_force) const noexcept;
+  FilterStatus UpdateFree(const Eigen::Vector3d& sensed_force,
+                          const Eigen::Vector3d& velocity,
+                          State* state) const noexcept;
+  FilterStatus UpdateInFull(const Eigen::Vector3d& sensed_force,
+                            const Eigen::Vector3d& velocity,
+                            const Eigen::Vector3d& motion_force,
+                            const Eigen::Vector3d& contact_force, int num_added,
+                            State* state) const noexcept;
   int MoveParticles(State* state) const noexcept;
   int AddPrior(int count, State* state) const noexcept;
-  int AddTentative(const Eigen::Vector3d& sensed_force,
-                   const Eigen::Vector3d& velocity,
-                   const Eigen::Vector3d& motion_force,
-                   const Eigen::Vector3d& contact_force, int count,
-                   State* state) const noexcept;
+  int AddTentative(const Eigen::Vector3d& motion_force,
+                   const Eigen::Vector3d& contact_force, int num_added,
+                   int count, State* state) const noexcept;
   bool Resample(const Eigen::Vector3d& sensed_force,
                 const Eigen::Vector3d& velocity, int count,
                 State* state) const noexcept;

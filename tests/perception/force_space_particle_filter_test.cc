@@ -13,6 +13,23 @@
 #include "validation_error.h"
 
 namespace dual_proxy {
+
+/** Carries out an update in full, also where Update() need not. */
+class ForceSpaceParticleFilterTester {
+ public:
+  static FilterStatus UpdateInFull(const ForceSpaceParticleFilter& dut,
+                                   const Eigen::Vector3d& sensed_force,
+                                   const Eigen::Vector3d& velocity,
+                                   const Eigen::Vector3d& motion_force,
+                                   const Eigen::Vector3d& contact_force,
+                                   ForceSpaceParticleFilterState* state) {
+    ++state->updates;
+    return dut.UpdateInFull(
+        sensed_force, velocity, motion_force, contact_force,
+        dut.CountAdded(sensed_force, velocity, motion_force), state);
+  }
+};
+
 namespace {
 
 using Eigen::Matrix3d;
@@ -114,6 +131,38 @@ TEST_F(ForceSpaceParticleFilterTest, FreeMotionStaysFree) {
   }
   EXPECT_TRUE(state_.particles.isZero(0));
   EXPECT_EQ(state_.updates, 300);
+}
+
+TEST_F(ForceSpaceParticleFilterTest, FreeSpaceIsSkippedWithTheSameBits) {
+  // Between free motion, with weak and strong forces, there are contacts.
+  RandomStream random(5);
+  const auto vector = [&random](double size) {
+    return Vector3d(size * random.Normal(), size * random.Normal(),
+                    size * random.Normal());
+  };
+  const ForceSpaceParticleFilter dut;
+  ForceSpaceParticleFilterState state = dut.MakeState(3);
+  ForceSpaceParticleFilterState expected = dut.MakeState(3);
+  int num_free = 0;
+  int num_in_contact = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const bool pressing = i % 400 > 350;
+    const Vector3d sensed =
+        pressing ? Vector3d(0.2, 0, -8) : vector(i % 10 == 0 ? 10 : 0.3);
+    const Vector3d velocity = pressing ? Vector3d::Zero() : vector(0.1);
+    const Vector3d motion = pressing ? Vector3d(0, 0, -9) : vector(2);
+    const Vector3d contact = pressing ? Vector3d(0, 0, -3) : Vector3d::Zero();
+    num_free += state.singular_values(0) == 0;
+    num_in_contact += state.dimension > 0;
+    const FilterStatus status =
+        dut.Update(sensed, velocity, motion, contact, &state);
+    ASSERT_EQ(status, ForceSpaceParticleFilterTester::UpdateInFull(
+                          dut, sensed, velocity, motion, contact, &expected));
+    ExpectSame(state, expected);
+  }
+  EXPECT_GT(num_free, 1000);
+  EXPECT_GT(num_in_contact, 100);
+  EXPECT_GT(state.all_weights_zero, 10);
 }
 
 TEST_F(ForceSpaceParticleFilterTest, OneWallIsFoundAndItsNormalPointsInward) {
