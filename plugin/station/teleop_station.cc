@@ -12,7 +12,6 @@
 #include <drake/systems/primitives/multiplexer.h>
 
 #include "dual_proxy/baselines/position_force_haptic_side_system.h"
-#include "dual_proxy/common/validate.h"
 #include "dual_proxy/link/communication_channel_system.h"
 #include "dual_proxy/perception/force_space_particle_filter_system.h"
 #include "dual_proxy/proxy/workspace_map.h"
@@ -28,7 +27,6 @@ namespace {
 
 using drake::systems::DiagramBuilder;
 using drake::systems::OutputPort;
-using drake::systems::System;
 
 // Adds the parts one after the other, as dual_proxy.station.Station does.
 class StationBuilder {

@@ -2,6 +2,7 @@
 """Which faces serve, and what is said where they cannot."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
@@ -87,3 +88,14 @@ def test_values_of_another_type_are_refused(monkeypatch):
         systems.set_value(value, _core.ForceMessage())
     normals = systems.make_value(np.eye(3))
     np.testing.assert_array_equal(systems.get_value(normals), np.eye(3))
+
+
+@needs_native
+@pytest.mark.parametrize("scheme", dp.scenario.SCHEMES)
+def test_a_run_is_the_same_bit_for_bit(scheme, monkeypatch):
+    logs = []
+    for choice in ("python", "native"):
+        monkeypatch.setenv("DUAL_PROXY_FACES", choice)
+        logs.append(dp.run("plane", scheme=scheme, delay=0.05, duration=4.0).log)
+    pd.testing.assert_frame_equal(*logs, check_exact=True)
+    assert (logs[0]["contact_force_z"] < -1.0).any()
