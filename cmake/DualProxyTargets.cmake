@@ -46,6 +46,15 @@ function(dual_proxy_drake_sources)
   endif()
 endfunction()
 
+# dual_proxy_vectorised_sources(file.cc ...) marks sources of the current folder
+# whose loops are compiled for several instruction sets (common/
+# per_instruction_set.h): no contraction of a * b + c, so that all of them come to
+# the same bits, and the optimisation that vectorises.
+function(dual_proxy_vectorised_sources)
+  set_property(SOURCE ${ARGN} TARGET_DIRECTORY dual_proxy APPEND PROPERTY
+               COMPILE_OPTIONS -ffp-contract=off $<$<NOT:$<CONFIG:Debug>>:-O3>)
+endfunction()
+
 # dual_proxy_add_gtest(name_test) builds name_test.cc and registers it; every
 # test can count heap allocations (tests/common/no_alloc.h).
 function(dual_proxy_add_gtest name)
