@@ -7,50 +7,36 @@
 #include <cmath>
 
 #include "dual_proxy/common/validate.h"
+#include "dual_proxy/perception/particle_kernels.h"
 
 namespace dual_proxy {
 namespace {
 
 constexpr int kMaxParticles = 100000;
 
-double Clamp01(double value) noexcept { return std::clamp(value, 0.0, 1.0); }
+using Particles = ForceSpaceParticleFilterState::Particles;
 
-/** The weight of a particle, eq. (6)-(8), for one force and velocity. */
-class PaperLikelihood {
- public:
-  PaperLikelihood(const ForceSpaceParticleFilterThresholds& thresholds,
-                  const Eigen::Vector3d& force,
-                  const Eigen::Vector3d& velocity) noexcept
-      : force_(force),
-        velocity_(velocity),
-        force_low_(thresholds.force_low),
-        velocity_low_(thresholds.velocity_low),
-        force_slope_(1 / (thresholds.force_high - thresholds.force_low)),
-        velocity_slope_(1 /
-                        (thresholds.velocity_high - thresholds.velocity_low)),
-        centre_(0.5 *
-                (1 - Clamp01((force.norm() - force_low_) * force_slope_))) {}
+/** The weights of eq. (6)-(8) for one force and velocity. */
+PaperWeights MakePaperWeights(
+    const ForceSpaceParticleFilterThresholds& thresholds,
+    const Eigen::Vector3d& force, const Eigen::Vector3d& velocity) noexcept {
+  PaperWeights weights;
+  Eigen::Map<Eigen::Vector3d>(weights.force) = force;
+  Eigen::Map<Eigen::Vector3d>(weights.velocity) = velocity;
+  weights.force_low = thresholds.force_low;
+  weights.force_slope = 1 / (thresholds.force_high - thresholds.force_low);
+  weights.velocity_low = thresholds.velocity_low;
+  weights.velocity_slope =
+      1 / (thresholds.velocity_high - thresholds.velocity_low);
+  const double ramp = (force.norm() - weights.force_low) * weights.force_slope;
+  weights.centre = 0.5 * (1 - std::clamp(ramp, 0.0, 1.0));
+  return weights;
+}
 
-  /** Of the unit vector (x, y, z), or of the centre if all are zero. */
-  double operator()(double x, double y, double z) const noexcept {
-    const double force = x * force_.x() + y * force_.y() + z * force_.z();
-    const double speed =
-        std::abs(x * velocity_.x() + y * velocity_.y() + z * velocity_.z());
-    const double on_sphere =
-        Clamp01((force - force_low_) * force_slope_) *
-        Clamp01(1 - (speed - velocity_low_) * velocity_slope_);
-    return x * x + y * y + z * z > 0.5 ? on_sphere : centre_;
-  }
-
- private:
-  Eigen::Vector3d force_;
-  Eigen::Vector3d velocity_;
-  double force_low_;
-  double velocity_low_;
-  double force_slope_;
-  double velocity_slope_;
-  double centre_;
-};
+MutableParticleList ListOf(Particles* particles) noexcept {
+  return {particles->row(0).data(), particles->row(1).data(),
+          particles->row(2).data()};
+}
 
 /** True if every entry is finite and small enough to be squared. */
 bool IsUsable(const Eigen::Vector3d& value) noexcept {
@@ -106,8 +92,9 @@ void ForceSpaceParticleFilterParams::Validate() const {
                      kMaxParticles);
 }
 
-ForceSpaceParticleFilter::ForceSpaceParticleFilter(const Params& params)
-    : params_(params) {
+ForceSpaceParticleFilter::ForceSpaceParticleFilter(
+    const Params& params, InstructionSet instruction_set)
+    : params_(params), instruction_set_(instruction_set) {
   params_.Validate();
 }
 
@@ -115,9 +102,11 @@ ForceSpaceParticleFilterState ForceSpaceParticleFilter::MakeState(
     std::uint64_t seed) const {
   State state;
   state.random = RandomStream(seed);
+  state.normals = NormalStream(seed);
   state.particles.setZero(3, params_.num_particles);
   state.augmented.setZero(3, capacity());
   state.cumulative_weights.setZero(capacity());
+  state.chosen.setZero(params_.num_particles + 1);
   return state;
 }
 
@@ -129,7 +118,8 @@ int ForceSpaceParticleFilter::capacity() const noexcept {
 bool ForceSpaceParticleFilter::IsCompatible(const State& state) const noexcept {
   return state.particles.cols() == params_.num_particles &&
          state.augmented.cols() == capacity() &&
-         state.cumulative_weights.size() == capacity();
+         state.cumulative_weights.size() == capacity() &&
+         state.chosen.size() == params_.num_particles + 1;
 }
 
 FilterStatus ForceSpaceParticleFilter::Update(
@@ -158,9 +148,10 @@ FilterStatus ForceSpaceParticleFilter::UpdateFree(
   // update is the number that its resampling draws, and whether there was any
   // weight.
   state->random.Uniform();
-  const PaperLikelihood weight(params_.resampling_thresholds, sensed_force,
-                               velocity);
-  if (weight(0, 0, 0) > 0) return FilterStatus::kOk;
+  if (MakePaperWeights(params_.resampling_thresholds, sensed_force, velocity)
+          .centre > 0) {
+    return FilterStatus::kOk;
+  }
   ++state->all_weights_zero;
   return FilterStatus::kAllWeightsZero;
 }
@@ -197,25 +188,26 @@ FilterStatus ForceSpaceParticleFilter::SetPrior(
 }
 
 int ForceSpaceParticleFilter::MoveParticles(State* state) const noexcept {
-  const double mean = params_.scatter_mean;
-  const double std = params_.scatter_std;
-  for (int i = 0; i < params_.num_particles; ++i) {
-    Eigen::Vector3d particle = state->particles.col(i);
-    if (particle.squaredNorm() > 0) {
-      for (double& coordinate : particle) {
-        coordinate += mean + std * state->random.Normal();
-      }
-      particle = NormalizedOrZero(particle, params_.epsilon);
-    }
-    state->augmented.col(i) = particle;
+  const int n = params_.num_particles;
+  if (state->singular_values(0) > 0) {
+    ScatterParticles(
+        instruction_set_,
+        {params_.scatter_mean, params_.scatter_std, params_.epsilon},
+        ListOf(&state->particles), n, &state->normals,
+        ListOf(&state->augmented));
+  } else {
+    state->augmented.leftCols(n).setZero();
   }
-  return params_.num_particles;
+  return n;
 }
 
 int ForceSpaceParticleFilter::AddPrior(int count, State* state) const noexcept {
   for (int i = 0; i < state->num_priors; ++i) {
-    state->augmented.middleCols(count, params_.prior_particles).colwise() =
-        state->prior.col(i);
+    for (int axis = 0; axis < 3; ++axis) {
+      state->augmented.row(axis)
+          .segment(count, params_.prior_particles)
+          .setConstant(state->prior(axis, i));
+    }
     count += params_.prior_particles;
   }
   return count;
@@ -227,9 +219,9 @@ int ForceSpaceParticleFilter::CountAdded(
   if (!(motion_force.norm() > params_.epsilon)) return 0;
   const Eigen::Vector3d tentative =
       NormalizedOrZero(motion_force, params_.epsilon);
-  const PaperLikelihood weight(params_.update_thresholds, sensed_force,
-                               velocity);
-  const double share = weight(tentative.x(), tentative.y(), tentative.z());
+  const double share = WeighParticle(
+      MakePaperWeights(params_.update_thresholds, sensed_force, velocity),
+      tentative.x(), tentative.y(), tentative.z());
   return static_cast<int>(std::floor(share * params_.num_particles + 0.5));
 }
 
@@ -240,12 +232,9 @@ int ForceSpaceParticleFilter::AddTentative(const Eigen::Vector3d& motion_force,
   const double epsilon = params_.epsilon;
   const Eigen::Vector3d tentative = NormalizedOrZero(motion_force, epsilon);
   const Eigen::Vector3d u_f = NormalizedOrZero(contact_force, epsilon);
-  for (int i = 0; i < num_added; ++i) {
-    const double s = (i + 0.5) / num_added;
-    state->augmented.col(count++) =
-        NormalizedOrZero(s * u_f + (1 - s) * tentative, epsilon);
-  }
-  return count;
+  MakeArc(instruction_set_, tentative.data(), u_f.data(), epsilon, num_added,
+          ListOf(&state->augmented).Skip(count));
+  return count + num_added;
 }
 
 bool ForceSpaceParticleFilter::Resample(const Eigen::Vector3d& sensed_force,
@@ -253,47 +242,31 @@ bool ForceSpaceParticleFilter::Resample(const Eigen::Vector3d& sensed_force,
                                         int count,
                                         State* state) const noexcept {
   const int n = params_.num_particles;
-  const PaperLikelihood weight(params_.resampling_thresholds, sensed_force,
-                               velocity);
-  const double* x = state->augmented.row(0).data();
-  const double* y = state->augmented.row(1).data();
-  const double* z = state->augmented.row(2).data();
-  double* cumulative = state->cumulative_weights.data();
-  for (int i = 0; i < count; ++i) cumulative[i] = weight(x[i], y[i], z[i]);
-  int last = 0;  // The last particle that has any weight.
-  double total = 0;
-  for (int i = 0; i < count; ++i) {
-    if (cumulative[i] > 0) last = i;
-    total += cumulative[i];
-    cumulative[i] = total;
-  }
-  const double first = state->random.Uniform() / n;
-  if (!(total > 0)) {
+  const ParticleList augmented = ListOf(&state->augmented);
+  double* weights = state->cumulative_weights.data();
+  WeighParticles(
+      instruction_set_,
+      MakePaperWeights(params_.resampling_thresholds, sensed_force, velocity),
+      augmented, count, weights);
+  if (!ChooseParticles(instruction_set_, count, state->random.Uniform(), n,
+                       weights, state->chosen.data())) {
     ++state->all_weights_zero;
     state->particles = state->augmented.leftCols(n);
     state->particles.col(n - 1).setZero();
     return false;
   }
-  int chosen = 0;
-  for (int i = 0; i < n; ++i) {
-    const double sample = (first + static_cast<double>(i) / n) * total;
-    while (chosen < last && cumulative[chosen] <= sample) ++chosen;
-    state->particles.col(i) = state->augmented.col(chosen);
-  }
+  CopyChosen(augmented, state->chosen.data(), n, ListOf(&state->particles));
   return true;
 }
 
 void ForceSpaceParticleFilter::CalcSpaces(State* state) const noexcept {
-  // Dot products of rows: a matrix product of this size would use the heap.
+  const ParticleMoments moments = CalcMoments(
+      instruction_set_, ListOf(&state->particles), params_.num_particles);
+  const Eigen::Vector3d sum(moments.x, moments.y, moments.z);
   Eigen::Matrix3d second_moment;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      second_moment(i, j) =
-          state->particles.row(i).dot(state->particles.row(j));
-      second_moment(j, i) = second_moment(i, j);
-    }
-  }
-  const Eigen::Vector3d sum = state->particles.rowwise().sum();
+  second_moment << moments.xx, moments.xy, moments.xz,  //
+      moments.xy, moments.yy, moments.yz,               //
+      moments.xz, moments.yz, moments.zz;
   const double num_on_sphere = second_moment.trace();
   if (num_on_sphere > 0) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(second_moment);

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "dual_proxy/common/enum_strings.h"
+#include "dual_proxy/common/instruction_set.h"
+#include "dual_proxy/common/normal_stream.h"
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/serialize.h"
 
@@ -143,17 +145,22 @@ struct ForceSpaceParticleFilterState {
   Eigen::Matrix<double, 3, 8> prior{Eigen::Matrix<double, 3, 8>::Zero()};
   int num_priors{0};
 
+  /** For resampling: one number per update. */
   RandomStream random;
+  /** For the scatter: see ScatterParticles(), which draws from it while any
+  particle is on the sphere. */
+  NormalStream normals;
 
   /** Updates carried out, with kAllWeightsZero, and calls refused. */
   std::int64_t updates{0};
   std::int64_t all_weights_zero{0};
   std::int64_t bad_inputs{0};
 
-  /** Work space of an update: the augmented list and its cumulative weights;
-  nothing in it survives from one update to the next. */
+  /** Work space of an update: the augmented list, its cumulative weights, and
+  which of it are chosen; nothing in it survives from one update to the next. */
   Particles augmented;
   Eigen::VectorXd cumulative_weights;
+  Eigen::VectorX<std::int32_t> chosen;
 };
 
 /** Estimates in which directions the tool touches something: the Force-Space
@@ -195,8 +202,12 @@ class ForceSpaceParticleFilter {
   /** The largest number of prior normals. */
   static constexpr int kMaxPriors = 8;
 
-  /** @throws std::invalid_argument if `params` is invalid. */
-  explicit ForceSpaceParticleFilter(const Params& params = {});
+  /** @param instruction_set  one of AvailableInstructionSets(); results are the
+    same bits with each.
+  @throws std::invalid_argument if `params` is invalid. */
+  explicit ForceSpaceParticleFilter(
+      const Params& params = {},
+      InstructionSet instruction_set = FastestInstructionSet());
 
   const Params& params() const { return params_; }
 
@@ -258,6 +269,7 @@ class ForceSpaceParticleFilter {
   void CalcSpaces(State* state) const noexcept;
 
   Params params_;
+  InstructionSet instruction_set_;
 };
 
 }  // namespace dual_proxy

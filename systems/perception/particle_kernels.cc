@@ -21,11 +21,10 @@ DUAL_PROXY_INLINE void Normalize(double x, double y, double z, bool is_zero,
                                  double epsilon, double* unit_x, double* unit_y,
                                  double* unit_z) noexcept {
   const double norm = std::sqrt(x * x + y * y + z * z);
-  const double inverse = 1 / norm;
   const bool keep = !is_zero && norm > epsilon;
-  *unit_x = keep ? x * inverse : 0;
-  *unit_y = keep ? y * inverse : 0;
-  *unit_z = keep ? z * inverse : 0;
+  *unit_x = keep ? x / norm : 0;
+  *unit_y = keep ? y / norm : 0;
+  *unit_z = keep ? z / norm : 0;
 }
 
 DUAL_PROXY_INLINE void ScatterBody(
