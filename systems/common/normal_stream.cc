@@ -14,10 +14,6 @@ namespace {
 
 constexpr int kLanes = 8;
 
-// A word of each generator. Compilers split it where vectors are shorter; as
-// a vector it stays in registers between the steps.
-using Lanes = std::uint64_t __attribute__((vector_size(8 * kLanes)));
-
 // One pair by Box-Muller.
 DUAL_PROXY_INLINE void MakeNormals(std::uint64_t a, std::uint64_t b,
                                    double* first, double* second) noexcept {
@@ -40,23 +36,31 @@ DUAL_PROXY_INLINE void MakeNormals(std::uint64_t a, std::uint64_t b,
   *second = signed_radius * std::bit_cast<double>(sin_bits ^ swap);
 }
 
+// The generators' states are vectors of `kWidth`, the width of the
+// instructions, which stay in registers between the steps.
+template <int kWidth>
 DUAL_PROXY_INLINE void FillGroups(std::uint64_t* __restrict state,
                                   int num_groups, double* __restrict normals) {
-  Lanes s[4];
+  using Words [[gnu::vector_size(8 * kWidth)]] = std::uint64_t;
+  constexpr int kParts = kLanes / kWidth;
+  Words s[4][kParts];
   std::memcpy(s, state, sizeof(s));
   for (int group = 0; group < num_groups; ++group) {
     std::uint64_t words[2 * kLanes];
-    for (int i = 0; i < 2; ++i) {
-      const Lanes sum = s[0] + s[3];
-      const Lanes result = ((sum << 23) | (sum >> 41)) + s[0];
-      std::memcpy(words + kLanes * i, &result, sizeof(result));
-      const Lanes t = s[1] << 17;
-      s[2] ^= s[0];
-      s[3] ^= s[1];
-      s[1] ^= s[2];
-      s[0] ^= s[3];
-      s[2] ^= t;
-      s[3] = (s[3] << 45) | (s[3] >> 19);
+    for (int step = 0; step < 2; ++step) {
+      for (int part = 0; part < kParts; ++part) {
+        const Words sum = s[0][part] + s[3][part];
+        const Words result = ((sum << 23) | (sum >> 41)) + s[0][part];
+        std::memcpy(words + kLanes * step + kWidth * part, &result,
+                    sizeof(result));
+        const Words t = s[1][part] << 17;
+        s[2][part] ^= s[0][part];
+        s[3][part] ^= s[1][part];
+        s[1][part] ^= s[2][part];
+        s[0][part] ^= s[3][part];
+        s[2][part] ^= t;
+        s[3][part] = (s[3][part] << 45) | (s[3][part] >> 19);
+      }
     }
     for (int i = 0; i < kLanes; ++i) {
       MakeNormals(words[i], words[kLanes + i], normals + i,
@@ -79,7 +83,8 @@ void NormalStream::Fill(int count, double* normals,
                         InstructionSet instruction_set) noexcept {
   static_assert(kGroup == 2 * kLanes);
   const int num_groups = count / kGroup;
-  const auto fill = PerInstructionSet<FillGroups>::Run;
+  const auto fill =
+      PerInstructionSet<FillGroups<2>, FillGroups<4>, FillGroups<8>>::Run;
   fill(instruction_set, state_.data(), num_groups, normals);
   const int rest = count - num_groups * kGroup;
   if (rest > 0) {

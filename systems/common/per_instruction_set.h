@@ -24,12 +24,14 @@ pointers, without Eigen's types, whose layout depends on the instructions. Its
 pointers are __restrict, and it calls nothing that is not inlined. For the same
 bits with every set: its sums have a fixed order, it calls no function of the
 standard library but sqrt(), and its source is compiled without contraction of
-multiplications and additions. */
-template <auto kBody>
+multiplications and additions. Where the compiler's own vectors do not fit,
+there is another body for the wider instructions. */
+template <auto kBody, auto kAvx2Body = kBody, auto kAvx512Body = kAvx2Body>
 struct PerInstructionSet;
 
-template <typename... Arguments, void (*kBody)(Arguments...)>
-struct PerInstructionSet<kBody> {
+template <typename... Arguments, void (*kBody)(Arguments...),
+          void (*kAvx2Body)(Arguments...), void (*kAvx512Body)(Arguments...)>
+struct PerInstructionSet<kBody, kAvx2Body, kAvx512Body> {
   static void Run(InstructionSet instruction_set, Arguments... arguments) {
     switch (instruction_set) {
 #if DUAL_PROXY_HAS_X86_VECTORS
@@ -46,11 +48,11 @@ struct PerInstructionSet<kBody> {
  private:
 #if DUAL_PROXY_HAS_X86_VECTORS
   [[gnu::target("avx2")]] static void Avx2(Arguments... arguments) {
-    kBody(arguments...);
+    kAvx2Body(arguments...);
   }
   [[gnu::target("avx512f,prefer-vector-width=512")]] static void Avx512(
       Arguments... arguments) {
-    kBody(arguments...);
+    kAvx512Body(arguments...);
   }
 #endif
 };

@@ -9,8 +9,8 @@
 // Elementary functions for the bodies of PerInstructionSet: IEEE additions,
 // multiplications, divisions and bits, without a branch, so that loops over
 // them are vectorised and results are the same bits everywhere. The polynomials
-// interpolate at Chebyshev's points; their relative errors are below 1e-17 of
-// the result.
+// interpolate at Chebyshev's points; what they are off by is a small part of
+// the rounding.
 
 namespace dual_proxy {
 
@@ -58,13 +58,12 @@ DUAL_PROXY_INLINE double LogOfPositive(double x) noexcept {
   const double f = m - 1;
   const double s = f / (2 + f);
   const double z = s * s;
-  double p = 0x1.2b5900de53b32p-3;
-  p = p * z + 0x1.39fe51a7c18f9p-3;
-  p = p * z + 0x1.7462b51cb66b1p-3;
-  p = p * z + 0x1.c71c62e3f11e6p-3;
-  p = p * z + 0x1.2492492df281ap-2;
-  p = p * z + 0x1.99999999952d7p-2;
-  p = p * z + 0x1.5555555555558p-1;
+  const double zz = z * z;
+  const double high = (0x1.7462b51cb66b1p-3 + 0x1.39fe51a7c18f9p-3 * z) +
+                      0x1.2b5900de53b32p-3 * zz;
+  const double low = (0x1.5555555555558p-1 + 0x1.99999999952d7p-2 * z) +
+                     (0x1.2492492df281ap-2 + 0x1.c71c62e3f11e6p-3 * z) * zz;
+  const double p = low + high * (zz * zz);
   return k * 0x1.62e42feep-1 +
          (f - (s * (f - z * p) - k * 0x1.a39ef35793c76p-33));
 }

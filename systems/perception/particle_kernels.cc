@@ -91,44 +91,29 @@ DUAL_PROXY_INLINE void BoundaryBody(double start, double scale, double end,
   }
 }
 
+// Sums have as many lanes, whatever the width of the instructions, which take
+// `kWidth` of them at a time.
 constexpr int kLanes = 8;
-using Lanes = double __attribute__((vector_size(8 * kLanes)));
 
-DUAL_PROXY_INLINE void MomentsBody(const double* __restrict x,
-                                   const double* __restrict y,
-                                   const double* __restrict z, int count,
-                                   double* __restrict moments) {
-  Lanes sums[9] = {};
-  const auto add = [&sums](const double* px, const double* py, const double* pz)
-                       __attribute__((always_inline)) {
-                         Lanes lx, ly, lz;
-                         std::memcpy(&lx, px, sizeof(lx));
-                         std::memcpy(&ly, py, sizeof(ly));
-                         std::memcpy(&lz, pz, sizeof(lz));
-                         sums[0] += lx;
-                         sums[1] += ly;
-                         sums[2] += lz;
-                         sums[3] += lx * lx;
-                         sums[4] += ly * ly;
-                         sums[5] += lz * lz;
-                         sums[6] += lx * ly;
-                         sums[7] += lx * lz;
-                         sums[8] += ly * lz;
-                       };
-  const int whole = count - count % kLanes;
-  for (int i = 0; i < whole; i += kLanes) add(x + i, y + i, z + i);
-  double rest[3][kLanes] = {};
-  for (int i = whole; i < count; ++i) {
-    rest[0][i - whole] = x[i];
-    rest[1][i - whole] = y[i];
-    rest[2][i - whole] = z[i];
+// Sums of x, x x and x y, kLanes of each.
+template <int kWidth>
+DUAL_PROXY_INLINE void SumBody(const double* __restrict x,
+                               const double* __restrict y, int count,
+                               double* __restrict lanes) {
+  using Numbers [[gnu::vector_size(8 * kWidth)]] = double;
+  constexpr int kParts = kLanes / kWidth;
+  Numbers sums[3][kParts] = {};
+  for (int i = 0; i < count; i += kLanes) {
+    for (int part = 0; part < kParts; ++part) {
+      Numbers px, py;
+      std::memcpy(&px, x + i + kWidth * part, sizeof(px));
+      std::memcpy(&py, y + i + kWidth * part, sizeof(py));
+      sums[0][part] += px;
+      sums[1][part] += px * px;
+      sums[2][part] += px * py;
+    }
   }
-  add(rest[0], rest[1], rest[2]);
-  for (int i = 0; i < 9; ++i) {
-    const Lanes& s = sums[i];
-    moments[i] =
-        ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
-  }
+  std::memcpy(lanes, sums, sizeof(sums));
 }
 
 }  // namespace
@@ -240,10 +225,29 @@ void CopyChosen(const ParticleList& particles, const std::int32_t* chosen,
 
 ParticleMoments CalcMoments(InstructionSet instruction_set,
                             const ParticleList& particles, int count) noexcept {
-  double m[9];
-  PerInstructionSet<MomentsBody>::Run(instruction_set, particles.x, particles.y,
-                                      particles.z, count, m);
-  return {m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8]};
+  const int whole = count - count % kLanes;
+  double result[3][3];
+  const double* const axes[3] = {particles.x, particles.y, particles.z};
+  for (int i = 0; i < 3; ++i) {
+    const double* a = axes[i];
+    const double* b = axes[(i + 1) % 3];
+    double lanes[3][kLanes];
+    PerInstructionSet<SumBody<2>, SumBody<4>, SumBody<8>>::Run(
+        instruction_set, a, b, whole, lanes[0]);
+    for (int k = 0; k < count - whole; ++k) {
+      lanes[0][k] += a[whole + k];
+      lanes[1][k] += a[whole + k] * a[whole + k];
+      lanes[2][k] += a[whole + k] * b[whole + k];
+    }
+    for (int k = 0; k < 3; ++k) {
+      const double* s = lanes[k];
+      result[k][i] =
+          ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
+    }
+  }
+  const auto& [sum, square, product] = result;
+  return {sum[0],    sum[1],     sum[2],     square[0], square[1],
+          square[2], product[0], product[2], product[1]};
 }
 
 }  // namespace dual_proxy

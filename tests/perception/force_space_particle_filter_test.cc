@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
@@ -60,6 +61,13 @@ void ExpectSame(const ForceSpaceParticleFilterState& a,
   RandomStream random_a = a.random;
   RandomStream random_b = b.random;
   EXPECT_EQ(random_a.Uniform(), random_b.Uniform());
+  NormalStream normals_a = a.normals;
+  NormalStream normals_b = b.normals;
+  double normal_a{};
+  double normal_b{};
+  normals_a.Fill(1, &normal_a);
+  normals_b.Fill(1, &normal_b);
+  EXPECT_EQ(normal_a, normal_b);
 }
 
 void ExpectInvariants(const ForceSpaceParticleFilterState& state) {
@@ -361,6 +369,43 @@ TEST_F(ForceSpaceParticleFilterTest, SameSeedSameBitsAndCopyContinues) {
   dut_.Update(8 * down_, zero_, 8 * down_, zero_, &other);
   dut_.Update(8 * down_, zero_, zero_, zero_, &other);
   EXPECT_NE(other.particles, saved.particles);
+}
+
+TEST_F(ForceSpaceParticleFilterTest, SameBitsWithEveryInstructionSet) {
+  for (const int num_particles : {2, 61, 1000, 1027}) {
+    ForceSpaceParticleFilterParams params;
+    params.num_particles = num_particles;
+    std::vector<ForceSpaceParticleFilter> duts;
+    std::vector<ForceSpaceParticleFilterState> states;
+    for (const InstructionSet set : AvailableInstructionSets()) {
+      states.push_back(duts.emplace_back(params, set).MakeState(17));
+    }
+    RandomStream random(13);
+    const auto vector = [&random](double size) {
+      return Vector3d(size * random.Normal(), size * random.Normal(),
+                      size * random.Normal());
+    };
+    int num_in_contact = 0;
+    for (int i = 0; i < 400; ++i) {
+      const Vector3d force = (i / 20 % 4 == 0 ? 0 : 6) * down_ + vector(2);
+      const Vector3d velocity = vector(0.004);
+      const Vector3d motion = vector(3) + force;
+      const Vector3d contact = vector(3);
+      for (std::size_t k = 0; k < duts.size(); ++k) {
+        if (i % 50 == 30) {
+          duts[k].SetPrior(Matrix3Xd(3, 0), &states[k]);
+        } else if (i % 50 == 20) {
+          duts[k].SetPrior(side_, &states[k]);
+        }
+        duts[k].Update(force, velocity, motion, contact, &states[k]);
+        ExpectSame(states[k], states[0]);
+      }
+      ASSERT_FALSE(HasFailure()) << num_particles << " " << i;
+      num_in_contact += states[0].dimension > 0;
+    }
+    EXPECT_GT(num_in_contact, 50);
+    EXPECT_LT(num_in_contact, 380);
+  }
 }
 
 TEST_F(ForceSpaceParticleFilterTest, DoesNotAllocate) {
