@@ -7,7 +7,7 @@ JOBS ?= 2
 CPP_FILES = $(shell git ls-files '*.h' '*.cc')
 READY := $(VENV)/.ready
 
-.PHONY: demo test build lint format stubs figures clean
+.PHONY: demo test build lint format stubs figures bench-filter-speed clean
 
 demo: build  ## Run scene `plane` and write its report to out/demo
 	$(BIN)/dual-proxy run plane --delay 0.05 --out out/demo
@@ -51,6 +51,9 @@ figures: build  ## Print the tables of README and docs, draw the README's pictur
 	$(BIN)/python benchmarks/plane.py --picture docs/images/plane.png
 	$(BIN)/python benchmarks/law.py
 	$(BIN)/python benchmarks/loop_cost.py --page docs/benchmarks.md
+
+bench-filter-speed: build  ## Time the particle filter, beside a textbook's
+	$(BIN)/python benchmarks/filter_speed.py
 
 clean:
 	rm -rf build out
