@@ -74,7 +74,7 @@ DUAL_PROXY_INLINE void WeighBody(PaperWeights weights,
 
 // Weights are added in as many runs side by side, as each addition waits for
 // the one before; a run's sums start at zero and are lifted afterwards.
-constexpr int kRuns = 8;
+constexpr int kRuns = 4;
 
 // Weights times 2^200, so that no positive total is too small to divide by.
 constexpr double kWeightScale = 0x1p200;
@@ -165,8 +165,8 @@ bool ChooseParticles(InstructionSet instruction_set, int count, double uniform,
   double sums[kRuns] = {};
   for (int i = 0; i < length; ++i) {
     for (int run = 0; run < kRuns; ++run) {
-      double* weight = weights + run * length + i;
-      *weight = sums[run] += kWeightScale * *weight;
+      double& weight = weights[run * length + i];
+      weight = sums[run] += kWeightScale * weight;
     }
   }
   for (int i = kRuns * length; i < count; ++i) {
@@ -203,20 +203,17 @@ bool ChooseParticles(InstructionSet instruction_set, int count, double uniform,
       for (int k = 0; k < size; ++k) chosen[boundaries[k]] = i + k + 1;
     }
   }
-  std::int32_t current = 0;
-  for (int i = 0; i < num_chosen; ++i) {
-    chosen[i] = current = std::max(current, chosen[i]);
-  }
   return true;
 }
 
 void CopyChosen(const ParticleList& particles, const std::int32_t* chosen,
                 int num_chosen, const MutableParticleList& result) noexcept {
+  std::int32_t current = 0;
   for (int i = 0; i < num_chosen; ++i) {
-    const std::int32_t k = chosen[i];
-    const double x = particles.x[k];
-    const double y = particles.y[k];
-    const double z = particles.z[k];
+    current = std::max(current, chosen[i]);
+    const double x = particles.x[current];
+    const double y = particles.y[current];
+    const double z = particles.z[current];
     result.x[i] = x;
     result.y[i] = y;
     result.z[i] = z;

@@ -81,14 +81,14 @@ cumulative weight exceeds (i + offset) / num_chosen of the total.
 @param[in,out] weights  `count` of them, each in [0, 1]; then the cumulative
   ones, scaled.
 @param uniform  in [0, 1); the offset is its first 32 bits.
-@param[out] chosen  num_chosen + 1 entries: indices of particles, increasing;
-  the last entry means nothing.
+@param[out] chosen  num_chosen + 1 entries for CopyChosen(): new particle i is
+  the largest of the entries 0 to i.
 @returns false if all weights are zero, when `chosen` is not written. */
 bool ChooseParticles(InstructionSet instruction_set, int count, double uniform,
                      int num_chosen, double* weights,
                      std::int32_t* chosen) noexcept;
 
-/** Copies the chosen particles. */
+/** Copies the particles that ChooseParticles() has chosen. */
 void CopyChosen(const ParticleList& particles, const std::int32_t* chosen,
                 int num_chosen, const MutableParticleList& result) noexcept;
 

@@ -171,8 +171,12 @@ TEST(TextbookFilterTest, WeightsCountsAndChoicesAgreeExactly) {
       ++num_all_zero;
       continue;
     }
+    Eigen::Matrix<double, 3, 500, Eigen::RowMajor> copied;
+    CopyChosen(
+        list, chosen.data(), 500,
+        {copied.row(0).data(), copied.row(1).data(), copied.row(2).data()});
     for (int i = 0; i < 500; ++i) {
-      ASSERT_EQ(Vector3d(particles.col(chosen(i))),
+      ASSERT_EQ(Vector3d(copied.col(i)),
                 textbook.particles()[static_cast<std::size_t>(i)])
           << trial << " " << i;
     }
