@@ -3,6 +3,7 @@
 """What an update of the force-space particle filter takes, beside a textbook's.
 
 python benchmarks/filter_speed.py [--program PATH] [--out PATH] [--min-time SEC]
+                                  [--cases REGEX]
 
 Runs filter_benchmark (build it with the C++ tests, where Google Benchmark is
 installed), writes what it reports as JSON and prints a Markdown table: per
@@ -27,7 +28,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def run(program: Path, out: Path, min_time: float) -> dict[str, Any]:
+def run(program: Path, out: Path, min_time: float, cases: str) -> dict[str, Any]:
     """Runs the program and returns its report, which is also left in `out`."""
     out.parent.mkdir(parents=True, exist_ok=True)
     unfinished = out.with_suffix(".unfinished")
@@ -37,6 +38,7 @@ def run(program: Path, out: Path, min_time: float) -> dict[str, Any]:
             f"--benchmark_out={unfinished}",
             "--benchmark_out_format=json",
             f"--benchmark_min_time={min_time}",
+            f"--benchmark_filter={cases}",
         ],
         check=True,
         stdout=subprocess.DEVNULL,
@@ -73,13 +75,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--out", type=Path, default=ROOT / "out/filter_speed.json")
     parser.add_argument("--min-time", type=float, default=0.5, help="s per case")
+    parser.add_argument("--cases", default=".", help="FILTER/SITUATION/PARTICLES/")
     options = parser.parse_args(arguments)
     if not options.program.exists():
         sys.exit(
             f"filter_speed.py: no {options.program}: build it with the C++ tests, "
             "where Google Benchmark is installed (Debian: libbenchmark-dev)"
         )
-    report = run(options.program, options.out, options.min_time)
+    report = run(options.program, options.out, options.min_time, options.cases)
     context = report["context"]
     print(f"{context['num_cpus']} x {context['mhz_per_cpu']} MHz, {options.out}\n")
     print("\n".join(table(report)))

@@ -96,6 +96,11 @@ ForceSpaceParticleFilter::ForceSpaceParticleFilter(
     const Params& params, InstructionSet instruction_set)
     : params_(params), instruction_set_(instruction_set) {
   params_.Validate();
+  if (std::ranges::count(AvailableInstructionSets(), instruction_set) == 0) {
+    ThrowInvalidField("ForceSpaceParticleFilter", "instruction_set",
+                      "one of AvailableInstructionSets()",
+                      static_cast<int>(instruction_set));
+  }
 }
 
 ForceSpaceParticleFilterState ForceSpaceParticleFilter::MakeState(

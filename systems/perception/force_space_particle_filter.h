@@ -204,7 +204,8 @@ class ForceSpaceParticleFilter {
 
   /** @param instruction_set  one of AvailableInstructionSets(); results are the
     same bits with each.
-  @throws std::invalid_argument if `params` is invalid. */
+  @throws std::invalid_argument if `params` is invalid, or the instruction set
+    is not available. */
   explicit ForceSpaceParticleFilter(
       const Params& params = {},
       InstructionSet instruction_set = FastestInstructionSet());

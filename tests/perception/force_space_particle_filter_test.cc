@@ -451,6 +451,17 @@ TEST_F(ForceSpaceParticleFilterTest, BadPriorIsRefusedAndGoodOneRemovable) {
   EXPECT_EQ(state_.num_priors, 0);
 }
 
+TEST(ForceSpaceParticleFilterParamsTest, InstructionSetMustBeAvailable) {
+  try {
+    ForceSpaceParticleFilter({}, static_cast<InstructionSet>(9));
+    ADD_FAILURE() << "no exception";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(),
+                 "ForceSpaceParticleFilter: field `instruction_set` expected "
+                 "one of AvailableInstructionSets(), got 9");
+  }
+}
+
 TEST(ForceSpaceParticleFilterParamsTest, DefaultsAreThePaperAndValid) {
   const ForceSpaceParticleFilterParams params;
   EXPECT_EQ(ValidationError(params), "no exception");

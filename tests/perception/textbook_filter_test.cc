@@ -96,23 +96,24 @@ TEST(TextbookFilterTest, LongRunsAgree) {
     b.Add(textbook.dimension(), textbook.singular_vectors(),
           textbook.singular_values(), mean);
   }
-  // The inputs are the same; what differs is the scatter. Two runs of the
-  // textbook with other seeds differ by about a third of these limits.
+  // The inputs are the same; what differs is the scatter. Runs of one and the
+  // same filter with six seeds differ by up to a third of these limits.
   for (int d = 0; d <= 3; ++d) {
-    EXPECT_NEAR(a.dimensions[d] / a.updates, b.dimensions[d] / b.updates, 0.01)
+    EXPECT_NEAR(a.dimensions[d] / a.updates, b.dimensions[d] / b.updates,
+                0.0015)
         << d;
   }
   EXPECT_GT(a.dimensions[0] / a.updates, 0.1);
   EXPECT_GT(a.dimensions[1] / a.updates, 0.2);
   EXPECT_GT(a.dimensions[2] / a.updates, 0.1);
-  EXPECT_NEAR(a.on_sphere / a.updates, b.on_sphere / b.updates, 2);
-  EXPECT_NEAR(a.second / a.updates, b.second / b.updates, 0.003);
+  EXPECT_NEAR(a.on_sphere / a.updates, b.on_sphere / b.updates, 0.15);
+  EXPECT_NEAR(a.second / a.updates, b.second / b.updates, 0.0007);
   const double count_a = a.dimensions[1];
   const double count_b = b.dimensions[1];
   const double angle =
       std::acos(std::min(1.0, a.sum.normalized().dot(b.sum.normalized())));
-  EXPECT_LT(angle * 180 / std::numbers::pi, 0.2);
-  EXPECT_LT((a.spread / count_a - b.spread / count_b).norm(), 0.005);
+  EXPECT_LT(angle * 180 / std::numbers::pi, 0.25);
+  EXPECT_LT((a.spread / count_a - b.spread / count_b).norm(), 0.006);
 }
 
 TEST(TextbookFilterTest, WeightsCountsAndChoicesAgreeExactly) {
