@@ -10,15 +10,12 @@
 namespace dual_proxy {
 namespace {
 
-DUAL_PROXY_INLINE void MoveBody(ContactMove move, double sign,
-                                const double* __restrict x,
-                                const double* __restrict y,
-                                const double* __restrict z, int count,
-                                const double* __restrict e1,
-                                const double* __restrict e2,
-                                double* __restrict moved_x,
-                                double* __restrict moved_y,
-                                double* __restrict moved_z) {
+DUAL_PROXY_INLINE void MoveBody(
+    ContactMove move, double sign, const double* __restrict x,
+    const double* __restrict y, const double* __restrict z, int count,
+    const double* __restrict e1, const double* __restrict e2,
+    double* __restrict moved_x, double* __restrict moved_y,
+    double* __restrict moved_z) {
   const double first_x = sign * move.first[0];
   const double first_y = sign * move.first[1];
   const double first_z = sign * move.first[2];
@@ -100,8 +97,8 @@ DUAL_PROXY_INLINE void WeighBody(ContactWeights w, const double* __restrict x,
         (1 - slides) * (sticks * sticks) + pulls * pulls;
     // Far away from the force all normals are equally unlikely, but not zero.
     const double exponent = -0.5 * w.force_scale * excess2;
-    result[i] = velocity_weight *
-                ExpOfNonPositive(exponent > -30.0 ? exponent : -30.0);
+    result[i] =
+        velocity_weight * ExpOfNonPositive(exponent > -30.0 ? exponent : -30.0);
   }
 }
 

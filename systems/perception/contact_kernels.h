@@ -40,8 +40,8 @@ struct ContactWeights {
   double sliding[3]{};   ///< m/s, in B: `velocity` without the part likewise.
   /** Normal of a second contact, or zero. */
   double other[3]{};
-  double velocity_scale{};   ///< s^2/m^2: of the square of <rho, v>.
-  double force_scale{};      ///< 1/N^2: 1 / sigma_f^2; zero: force says nothing.
+  double velocity_scale{};  ///< s^2/m^2: of the square of <rho, v>.
+  double force_scale{};     ///< 1/N^2: 1 / sigma_f^2; zero: force says nothing.
   double direction_scale{};  ///< m^2/s^2/N^2: (sigma_v / sigma_f)^2.
   double friction{};         ///< mu at most.
   double other_force{};      ///< N: normal force of the other contacts.

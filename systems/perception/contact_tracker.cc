@@ -172,8 +172,8 @@ void ContactTracker::NoteSinking(const Vector3d& force,
       params_.max_friction / std::hypot(1.0, params_.max_friction);
   const double sink =
       2 * std::max({0.0, forward - sine * speed, -forward - 0.1 * speed});
-  const double entry = state->entry_speed *
-                       std::exp(-state->settled_time / kEntryTime);
+  const double entry =
+      state->entry_speed * std::exp(-state->settled_time / kEntryTime);
   state->sinking_speed =
       state->count > 0 ? std::sqrt(give * give + sink * sink + entry * entry)
                        : 0;
@@ -195,8 +195,7 @@ void ContactTracker::Explain(const Vector3d& force, const Vector3d& velocity,
     slide = velocity.dot(axis) * axis;
   }
   const double speed = slide.norm();
-  state->sliding =
-      std::clamp(speed / params_.sliding_speed - 0.5, 0.0, 1.0);
+  state->sliding = std::clamp(speed / params_.sliding_speed - 0.5, 0.0, 1.0);
   const Vector3d direction = slide / std::max(speed, 1e-9);
 
   // Non-negative least squares by coordinates; first without friction, whose
@@ -216,8 +215,7 @@ void ContactTracker::Explain(const Vector3d& force, const Vector3d& velocity,
       double change = 0;
       for (int i = 0; i < count; ++i) {
         TrackedContact& contact = state->contacts[i];
-        const double more =
-            std::max(-contact.force, contact.normal.dot(rest));
+        const double more = std::max(-contact.force, contact.normal.dot(rest));
         contact.force += more;
         rest -= more * contact.normal;
         change = std::max(change, std::abs(more));
@@ -273,8 +271,8 @@ void ContactTracker::Follow(int index, double other_force,
     Vector3d guess = contact.impulse.stableNormalized() / (kTilt * kTilt);
     const double prior = contact.prior.norm();
     if (prior > 0) {
-      const double angle2 = 2 * (1 - contact.prior.dot(guess) * kTilt * kTilt /
-                                         prior);
+      const double angle2 =
+          2 * (1 - contact.prior.dot(guess) * kTilt * kTilt / prior);
       if (angle2 > 4 * (1 / prior + kTilt * kTilt)) {
         contact.prior *= prior_decay_;
       }
@@ -327,10 +325,9 @@ void ContactTracker::LearnFriction(const Vector3d& force,
       state->unexplained.norm() > 0.5 + 0.1 * force.norm()) {
     return;
   }
-  const double seen =
-      std::max(0.0, (force - contact.force * contact.normal)
-                            .dot(velocity.normalized()) /
-                        contact.force);
+  const double seen = std::max(
+      0.0, (force - contact.force * contact.normal).dot(velocity.normalized()) /
+               contact.force);
   if (state->friction < 0) {
     state->friction = std::min(params_.max_friction, seen + 0.3);
   }
@@ -366,18 +363,16 @@ bool ContactTracker::DropLost(const Vector3d& velocity,
     }
     double change = lost_rate_ * (level - contact.force);
     if (state->count > 1 && state->settled_time > kSettlingTime) {
-      const double excess =
-          std::abs(velocity.dot(contact.normal)) /
-              (0.002 + (kSlack + CalcStd(contact)) * speed) -
-          1;
+      const double excess = std::abs(velocity.dot(contact.normal)) /
+                                (0.002 + (kSlack + CalcStd(contact)) * speed) -
+                            1;
       if (excess > 0) {
         change = std::max(change, 0.0) + params_.evidence *
                                              std::min(1.0, excess) * period_ /
                                              kConflictTime;
       }
     }
-    contact.loss =
-        std::clamp(contact.loss + change, 0.0, 2 * params_.evidence);
+    contact.loss = std::clamp(contact.loss + change, 0.0, 2 * params_.evidence);
     if (contact.loss > params_.evidence &&
         (lost < 0 || contact.loss > state->contacts[lost].loss)) {
       lost = i;
@@ -435,9 +430,8 @@ void ContactTracker::AddFound(const Vector3d& force, const Vector3d& velocity,
   if (count == 1 && state->contacts[0].conflict > kConflictTime) replaced = 0;
   if (count == 2) {
     // Within their plane a third one would be needless.
-    const Vector3d axis = state->contacts[0]
-                              .normal.cross(state->contacts[1].normal)
-                              .normalized();
+    const Vector3d axis =
+        state->contacts[0].normal.cross(state->contacts[1].normal).normalized();
     if (std::abs(normal.dot(axis)) < 0.7) {
       replaced = state->contacts[0].force < state->contacts[1].force ? 1 : 0;
     }
@@ -567,8 +561,8 @@ void ContactTracker::CalcStatistics(int index,
   const int size = First(index + 1, state->count) - first;
   if (size == 0) return;
   TrackedContact& contact = state->contacts[index];
-  const ParticleMoments sums = CalcMoments(
-      instruction_set_, Skip(particles.particles, first), size);
+  const ParticleMoments sums =
+      CalcMoments(instruction_set_, Skip(particles.particles, first), size);
   const Vector3d mean = Vector3d(sums.x, sums.y, sums.z) / size;
   Matrix3d second;
   second << sums.xx, sums.xy, sums.xz,  //
@@ -598,9 +592,8 @@ double ContactTracker::CalcDirectionUncertainty(const State& state) noexcept {
                        2.16 * std::max(0.0, middle - half) + kFloor2);
     }
     case 2: {
-      const Vector3d axis = state.contacts[0]
-                                .normal.cross(state.contacts[1].normal)
-                                .normalized();
+      const Vector3d axis =
+          state.contacts[0].normal.cross(state.contacts[1].normal).normalized();
       double variance = 0;
       for (int i = 0; i < 2; ++i) {
         variance += axis.dot(state.contacts[i].covariance * axis);

@@ -21,7 +21,8 @@ struct FrictionConeParams {
   double force_noise{0.25};
   /** sigma_v, m/s, > 0: likewise. */
   double velocity_noise{0.0015};
-  /** m/s, > 0: half of it sticks, 1.5 times it slides, in between is between. */
+  /** m/s, > 0: half of it sticks, 1.5 times it slides, in between is between.
+   */
   double sliding_speed{0.004};
   /** mu, > 0: the most that is thought of while nothing has slid. Once it has,
   the friction seen takes its place, with a margin. */

@@ -92,6 +92,9 @@ void ForceSpaceParticleFilterParams::Validate() const {
   ThrowUnlessInRange(kWho, "epsilon", epsilon, 1e-12, 0.1);
   ThrowUnlessInRange(kWho, "prior_particles", prior_particles, 0,
                      kMaxParticles);
+  if (!(prior_std > 0 && prior_std <= std::numbers::pi)) {
+    ThrowInvalidField(kWho, "prior_std", "a number in (0, pi]", prior_std);
+  }
   friction_cone.Validate();
 }
 
@@ -207,7 +210,8 @@ FilterStatus ForceSpaceParticleFilter::UpdateContacts(
 FilterStatus ForceSpaceParticleFilter::SetPrior(
     const Eigen::Ref<const Eigen::Matrix3Xd>& normals, double std,
     State* state) const noexcept {
-  bool is_ok = normals.cols() <= kMaxPriors && std > 0 && std <= std::numbers::pi;
+  bool is_ok =
+      normals.cols() <= kMaxPriors && std > 0 && std <= std::numbers::pi;
   for (int i = 0; is_ok && i < normals.cols(); ++i) {
     is_ok = IsUsable(normals.col(i)) && normals.col(i).norm() > params_.epsilon;
   }

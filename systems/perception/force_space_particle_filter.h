@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <limits>
+#include <numbers>
 #include <utility>
 
 #include "dual_proxy/common/enum_strings.h"
@@ -83,8 +83,11 @@ struct ForceSpaceParticleFilterParams {
   double epsilon{1e-6};
   /** Particles that each prior normal adds to an update, 0 to 100000. */
   int prior_particles{50};
+  /** rad, in (0, pi]: how sure a prior is for which nothing else is said,
+  standard deviation per axis. */
+  double prior_std{0.1};
   /** Of Likelihood::kFrictionCone, which uses nothing else but num_particles,
-  period and epsilon. */
+  period, epsilon and prior_std. */
   FrictionConeParams friction_cone;
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -104,6 +107,7 @@ struct ForceSpaceParticleFilterParams {
     a->Visit(MakeNameValue("alpha_remove", &alpha_remove));
     a->Visit(MakeNameValue("epsilon", &epsilon));
     a->Visit(MakeNameValue("prior_particles", &prior_particles));
+    a->Visit(MakeNameValue("prior_std", &prior_std));
     a->Visit(MakeNameValue("friction_cone", &friction_cone));
   }
 };
@@ -152,17 +156,17 @@ struct ForceSpaceParticleFilterState {
   /** Expected normals, unit vectors in B; the first `num_priors` columns. */
   Eigen::Matrix<double, 3, 8> prior{Eigen::Matrix<double, 3, 8>::Zero()};
   int num_priors{0};
-  /** rad, > 0: how sure the normals are, standard deviation per axis. */
+  /** rad: how sure the normals are, standard deviation per axis. */
   double prior_std{0.1};
 
   /** Of Likelihood::kFrictionCone. */
   ContactTrackerState tracker;
   /** rad: the angle within which the true direction lies with 95 %: of U1 at
-  dimension 1, of U3 at 2; pi/2 at 0, 0 at 3. NaN with Likelihood::kPaper,
-  whose particles are no distribution of the normal. */
-  double direction_uncertainty{std::numeric_limits<double>::quiet_NaN()};
-  /** 0 to 1: the probability that the dimension is right; NaN likewise. */
-  double dimension_confidence{std::numeric_limits<double>::quiet_NaN()};
+  dimension 1, of U3 at 2; pi/2 at 0, 0 at 3. Always pi/2 with
+  Likelihood::kPaper, whose particles are no distribution of the normal. */
+  double direction_uncertainty{std::numbers::pi / 2};
+  /** 0 to 1: the probability that the dimension is right; always 0 likewise. */
+  double dimension_confidence{0};
 
   /** For resampling: one number per update. */
   RandomStream random;
@@ -221,9 +225,6 @@ class ForceSpaceParticleFilter {
   /** The largest number of prior normals. */
   static constexpr int kMaxPriors = 8;
 
-  /** rad: how sure a prior is if nothing is said. */
-  static constexpr double kDefaultPriorStd = 0.1;
-
   /** @param instruction_set  one of AvailableInstructionSets(); results are the
     same bits with each.
   @throws std::invalid_argument if `params` is invalid, or the instruction set
@@ -261,13 +262,13 @@ class ForceSpaceParticleFilter {
   /** Replaces the prior, which holds until it is replaced.
   @param normals  3 x k, 0 <= k <= kMaxPriors, in B, into the surface; of any
     length above epsilon, and normalised here. k = 0 removes the prior.
-  @param std  rad, in (0, pi]: how sure they are, standard deviation per axis;
-    Likelihood::kPaper has no use for it.
+  @param std  rad, in (0, pi]: how sure they are, standard deviation per axis,
+    instead of params.prior_std; Likelihood::kPaper has no use for it.
   @returns kOk, or kBadInput (too many, not finite, or too short), when `state`
     is unchanged but for the count. No heap, no throw. */
   FilterStatus SetPrior(const Eigen::Ref<const Eigen::Matrix3Xd>& normals,
                         State* state) const noexcept {
-    return SetPrior(normals, kDefaultPriorStd, state);
+    return SetPrior(normals, params_.prior_std, state);
   }
   FilterStatus SetPrior(const Eigen::Ref<const Eigen::Matrix3Xd>& normals,
                         double std, State* state) const noexcept;
