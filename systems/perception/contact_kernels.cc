@@ -40,6 +40,11 @@ DUAL_PROXY_INLINE double Positive(double value) noexcept {
   return value > 0 ? value : 0;
 }
 
+// Share of the normal force by which friction may be against the sliding, as
+// normals are not exact, and the standard deviation of mu.
+constexpr double kSlack = 0.05;
+constexpr double kFrictionStd = 0.15;
+
 // Keeps quotients of zero by zero at zero.
 constexpr double kTiny = 1e-18;
 
@@ -84,16 +89,21 @@ DUAL_PROXY_INLINE void WeighBody(ContactWeights w, const double* __restrict x,
 
     // What friction cannot be: when it slides, across the velocity, against
     // it, or above the cone; when it sticks, above the cone.
-    const double bound = w.friction * (Positive(normal) + w.other_force);
+    const double normals = Positive(normal) + w.other_force;
+    const double bound = w.friction * normals;
     const double forward2 = forward * forward;
     const double across2 = Positive(friction2 - forward2) /
                            (1 + w.direction_scale * forward2 / speed2);
-    const double against = forward < 0 ? forward : 0;
+    const double against = Positive(-forward - kSlack * normals);
     const double above = Positive(forward - bound);
     const double sticks = Positive(std::sqrt(friction2) - bound);
+    const double unusual = forward - w.usual_friction * normals;
+    const double doubt = kFrictionStd * normals;
     const double pulls = normal < 0 ? normal : 0;
     const double excess2 =
-        slides * (across2 + against * against + above * above) +
+        slides * (across2 + against * against + above * above +
+                  w.usual_weight * (unusual * unusual) /
+                      (1 + w.force_scale * (doubt * doubt))) +
         (1 - slides) * (sticks * sticks) + pulls * pulls;
     // Far away from the force all normals are equally unlikely, but not zero.
     const double exponent = -0.5 * w.force_scale * excess2;

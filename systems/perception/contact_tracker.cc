@@ -28,7 +28,6 @@ constexpr double kSettledSlide = 0.002;    // m: the normal is known by then.
 constexpr double kTilt = 0.12;             // rad: usual tilt by friction.
 constexpr double kFirstStd = 0.2;          // rad: of a first contact's normal.
 constexpr double kNextStd = 0.3;           // rad: of another one's.
-constexpr double kNextForce = 0.3;         // N: unexplained by a contact.
 constexpr double kSlack = 0.05;            // rad: what a model leaves out.
 constexpr double kMaxSlack = 0.15;         // rad.
 constexpr double kDrift = 1e-6;            // rad^2/s: of a normal at rest.
@@ -245,6 +244,7 @@ void ContactTracker::Follow(int index, double other_force,
   const double speed = velocity.norm();
   const double slides =
       std::clamp(speed / params_.sliding_speed - 0.5, 0.0, 1.0);
+  const double sticks = (1 - slides) * (1 - slides);
 
   // Shrunk towards their mean and spread by as much, particles keep their mean
   // and covariance, and no two stay the same (Liu and West's kernel).
@@ -267,7 +267,7 @@ void ContactTracker::Follow(int index, double other_force,
   if (count == 1 && contact.slid < kSettledSlide) {
     // The mean force is the best guess, as good as kTilt; with an expected
     // normal it is one of two, unless they exclude each other.
-    contact.impulse += (1 - slides) * period_ * force;
+    contact.impulse += sticks * period_ * force;
     Vector3d guess = contact.impulse.stableNormalized() / (kTilt * kTilt);
     const double prior = contact.prior.norm();
     if (prior > 0) {
@@ -279,7 +279,7 @@ void ContactTracker::Follow(int index, double other_force,
       guess += contact.prior;
     }
     if (guess.norm() > 0) {
-      centre += impulse_gain_ * (1 - slides) * (guess.normalized() - normal);
+      centre += impulse_gain_ * sticks * (guess.normalized() - normal);
     }
   }
   SetArray(centre, move.centre);
@@ -290,7 +290,11 @@ void ContactTracker::Follow(int index, double other_force,
   const double speed_variance =
       params_.velocity_noise * params_.velocity_noise +
       state->sinking_speed * state->sinking_speed;
-  const double force_variance = params_.force_noise * params_.force_noise;
+  // What speaks for another contact must not turn this one towards it.
+  const double foreign = std::max(
+      0.0, state->unexplained.norm() - CalcUnexplainedLevel(force, *state));
+  const double force_variance =
+      params_.force_noise * params_.force_noise + foreign * foreign;
   SetArray(force - force.dot(other) * other, weights.force);
   SetArray(velocity, weights.velocity);
   SetArray(velocity - velocity.dot(other) * other, weights.sliding);
@@ -300,6 +304,8 @@ void ContactTracker::Follow(int index, double other_force,
   weights.direction_scale =
       params_.velocity_noise * params_.velocity_noise / force_variance;
   weights.friction = CalcMaxFriction(*state);
+  weights.usual_friction = std::max(0.0, state->friction);
+  weights.usual_weight = state->friction >= 0 ? 1 : 0;
   weights.other_force = other_force;
   weights.sliding_low = 0.5 * params_.sliding_speed;
   weights.sliding_slope = 1 / params_.sliding_speed;
@@ -321,7 +327,8 @@ void ContactTracker::LearnFriction(const Vector3d& force,
                                    State* state) const noexcept {
   const TrackedContact& contact = state->contacts[0];
   if (state->count != 1 || state->sliding < 1 || contact.force < 1 ||
-      state->settled_time < 2 * kSettlingTime ||
+      contact.slid < kSettledSlide ||
+      state->sinking_speed > 2 * params_.velocity_noise ||
       state->unexplained.norm() > 0.5 + 0.1 * force.norm()) {
     return;
   }
@@ -331,7 +338,10 @@ void ContactTracker::LearnFriction(const Vector3d& force,
   if (state->friction < 0) {
     state->friction = std::min(params_.max_friction, seen + 0.3);
   }
-  state->friction += friction_gain_ * (seen - state->friction);
+  // The slower it slides, the less the velocity tells friction from a tilt.
+  const double ratio = velocity.norm() / (20 * params_.velocity_noise);
+  state->friction += friction_gain_ * std::min(1.0, ratio * ratio) *
+                     (seen - state->friction);
 }
 
 void ContactTracker::NoteMotion(const Vector3d& velocity,
@@ -384,6 +394,16 @@ bool ContactTracker::DropLost(const Vector3d& velocity,
   return true;
 }
 
+double ContactTracker::CalcUnexplainedLevel(const Vector3d& force,
+                                            const State& state) const noexcept {
+  if (state.count == 0) return params_.contact_force;
+  double spread = 0;
+  for (int i = 0; i < state.count; ++i) {
+    spread = std::max(spread, CalcStd(state.contacts[i]));
+  }
+  return 0.5 * params_.contact_force + (kSlack + spread) * force.norm();
+}
+
 void ContactTracker::AddFound(const Vector3d& force, const Vector3d& velocity,
                               const ContactPrior& prior,
                               const ContactParticles& particles,
@@ -404,14 +424,7 @@ void ContactTracker::AddFound(const Vector3d& force, const Vector3d& velocity,
     }
   }
 
-  double level = params_.contact_force;
-  if (count > 0) {
-    double spread = 0;
-    for (int i = 0; i < count; ++i) {
-      spread = std::max(spread, CalcStd(state->contacts[i]));
-    }
-    level = 0.5 * params_.contact_force + (kSlack + spread) * force.norm();
-  }
+  double level = CalcUnexplainedLevel(force, *state);
   double needed = params_.evidence;
   if (expected >= 0) {
     level *= kExpectedLevel;

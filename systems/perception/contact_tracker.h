@@ -183,6 +183,8 @@ class ContactTracker {
   void Follow(int index, double other_force, const Eigen::Vector3d& force,
               const Eigen::Vector3d& velocity,
               const ContactParticles& particles, State* state) const noexcept;
+  double CalcUnexplainedLevel(const Eigen::Vector3d& force,
+                              const State& state) const noexcept;
   void LearnFriction(const Eigen::Vector3d& force,
                      const Eigen::Vector3d& velocity,
                      State* state) const noexcept;
