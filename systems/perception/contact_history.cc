@@ -170,9 +170,7 @@ void ContactHistory::AddContact(const Eigen::Vector3d& normal_sum,
 void ContactHistory::KeepVisit(State* state) const noexcept {
   const Cell& visit = state->visit;
   Cell& cell = state->cells[CalcPlace(visit.key, state->cells)];
-  if (cell.key != visit.key) {
-    cell = Cell{.key = visit.key};
-  }
+  if (cell.key != visit.key) cell = Cell{.key = visit.key};
   cell.left_at = state->updates;
   cell.count += visit.count;
   cell.position_sum += visit.position_sum;
