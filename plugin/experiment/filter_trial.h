@@ -92,21 +92,21 @@ struct FilterTrialParams {
 end of the period. */
 struct FilterTrialSample {
   double time{0};  ///< s.
-  Eigen::Vector3d sensed_force;
-  Eigen::Vector3d velocity;
-  Eigen::Vector3d motion_force;
-  Eigen::Vector3d contact_force;
+  Eigen::Vector3d sensed_force{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d motion_force{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d contact_force{Eigen::Vector3d::Zero()};
   int dimension{0};                  ///< The filter's.
-  Eigen::Matrix3d singular_vectors;  ///< The filter's.
+  Eigen::Matrix3d singular_vectors{Eigen::Matrix3d::Zero()};  ///< The filter's.
   int true_dimension{0};
-  Eigen::Vector3d true_force;   ///< N: of contact.
-  Eigen::Vector3d true_normal;  ///< Resultant of normal forces, unit or zero.
+  Eigen::Vector3d true_force{Eigen::Vector3d::Zero()};   ///< N: of contact.
+  Eigen::Vector3d true_normal{Eigen::Vector3d::Zero()};  ///< Resultant of normal forces, unit or zero.
   /** Dimension 1: as true_normal; 2: of the free axis; else zero. */
-  Eigen::Vector3d true_axis;
+  Eigen::Vector3d true_axis{Eigen::Vector3d::Zero()};
   /** rad: between the filter's axis (U1, or U3 at dimension 2) and the true one
   where the dimensions agree; else between true_normal and the force space; NaN
   where one of the two has no contact. */
-  double direction_error;
+  double direction_error{0};
 };
 
 /** Runs `filter` from its initial state along a trial.

@@ -92,7 +92,7 @@ HistoryStatus ContactHistory::Update(
     State* state) const noexcept {
   Index index;
   bool is_ok = CalcIndex(position, &index) &&
-               normals.cols() <= ContactPrior::kMaxNormals &&
+               normals.cols() <= RememberedContacts::kMaxNormals &&
                IsCompatible(*state);
   for (int i = 0; is_ok && i < normals.cols(); ++i) {
     const double norm = normals.col(i).norm();
@@ -121,7 +121,7 @@ HistoryStatus ContactHistory::Update(
 HistoryStatus ContactHistory::UpdateFromSelection(
     const Eigen::Vector3d& position, const Eigen::Matrix3d& force_selection,
     const Eigen::Vector3d& force_direction, State* state) const noexcept {
-  ContactPrior::Normals normals(3, 0);
+  RememberedContacts::Normals normals(3, 0);
   if (!force_selection.allFinite() || !force_direction.allFinite()) {
     ++state->bad_inputs;
     return HistoryStatus::kBadInput;
@@ -186,9 +186,9 @@ const Cell* ContactHistory::Find(std::int64_t key,
   return cell.key == key && age >= min_age_updates_ ? &cell : nullptr;
 }
 
-ContactPrior ContactHistory::Lookup(const Eigen::Vector3d& position,
-                                    const State& state) const noexcept {
-  ContactPrior prior;
+RememberedContacts ContactHistory::Lookup(const Eigen::Vector3d& position,
+                                          const State& state) const noexcept {
+  RememberedContacts prior;
   prior.std = params_.std_base;
   Index index;
   if (!IsCompatible(state) || !CalcIndex(position, &index)) return prior;
@@ -222,7 +222,7 @@ ContactPrior ContactHistory::Lookup(const Eigen::Vector3d& position,
     for (int k = 0; k < cell.num_contacts; ++k) {
       const Eigen::Vector3d normal = cell.normal_sums[k].normalized();
       const auto num = prior.normals.cols();
-      if (num == ContactPrior::kMaxNormals) return prior;
+      if (num == RememberedContacts::kMaxNormals) return prior;
       if (((prior.normals.transpose() * normal).array() >= cos_merge_).any()) {
         continue;
       }

@@ -95,7 +95,7 @@ struct ContactHistoryState {
 };
 
 /** What was believed near a place. */
-struct ContactPrior {
+struct RememberedContacts {
   /** The largest number of normals. */
   static constexpr int kMaxNormals = 8;
   /** Without heap. */
@@ -174,8 +174,8 @@ class ContactHistory {
   compatible. Of normals within merge_angle of each other the nearest memory's
   stands for all. Cost O(1): at most 125 cells are looked at. No heap, no throw.
   */
-  ContactPrior Lookup(const Eigen::Vector3d& position,
-                      const State& state) const noexcept;
+  RememberedContacts Lookup(const Eigen::Vector3d& position,
+                            const State& state) const noexcept;
 
  private:
   using Index = Eigen::Matrix<std::int64_t, 3, 1>;

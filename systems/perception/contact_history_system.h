@@ -9,7 +9,7 @@ namespace dual_proxy {
 /** What a ContactHistorySystem keeps. */
 struct ContactHistoryMemory {
   ContactHistoryState state;
-  ContactPrior prior;  ///< Of the last step.
+  RememberedContacts prior;  ///< Of the last step.
 };
 
 /** Remembers what the filter believed where, and gives it as a prior:

@@ -48,7 +48,7 @@ class ContactHistoryTest : public ::testing::Test {
     for (int i = 0; i < std::lround(15 * time); ++i) Note(far_, none_);
   }
 
-  ContactPrior Lookup(const Vector3d& position) const {
+  RememberedContacts Lookup(const Vector3d& position) const {
     return dut_.Lookup(position, state_);
   }
 
@@ -62,7 +62,7 @@ class ContactHistoryTest : public ::testing::Test {
 };
 
 TEST_F(ContactHistoryTest, KnowsNothingAtFirst) {
-  const ContactPrior prior = Lookup(here_);
+  const RememberedContacts prior = Lookup(here_);
   EXPECT_EQ(prior.normals.cols(), 0);
   EXPECT_EQ(prior.std, 0.1);
 }
@@ -70,7 +70,7 @@ TEST_F(ContactHistoryTest, KnowsNothingAtFirst) {
 TEST_F(ContactHistoryTest, SecondVisitOfAPlaceFindsItsNormal) {
   Note(here_, 3 * down_);  // Of any length.
   Leave();
-  const ContactPrior prior = Lookup(here_);
+  const RememberedContacts prior = Lookup(here_);
   ASSERT_EQ(prior.normals.cols(), 1);
   EXPECT_EQ(prior.normals.col(0), down_);
   EXPECT_EQ(prior.std, 0.1);
@@ -83,7 +83,7 @@ TEST_F(ContactHistoryTest, UncertaintyGrowsWithTheDistanceUntilNothingIsKnown) {
   for (const Vector3d& axis : {Vector3d(1, 0, 0), Vector3d(0, -1, 0),
                                Vector3d(0, 0, 1), Vector3d(-0.6, 0.8, 0)}) {
     for (const double distance : {0.004, 0.012, 0.0199}) {
-      const ContactPrior prior = Lookup(here_ + distance * axis);
+      const RememberedContacts prior = Lookup(here_ + distance * axis);
       ASSERT_EQ(prior.normals.cols(), 1) << axis << " at " << distance;
       // Rounding of positions of 0.4 m.
       EXPECT_NEAR(prior.std, 0.1 + 10 * distance, 1e-14);
@@ -111,7 +111,7 @@ TEST_F(ContactHistoryTest, AVisitGivesNoPriorToItself) {
   // And all through the second visit.
   for (int i = 0; i < 100; ++i) {
     Note(here_, side_);
-    const ContactPrior prior = Lookup(here_);
+    const RememberedContacts prior = Lookup(here_);
     ASSERT_EQ(prior.normals.cols(), 1);
     EXPECT_EQ(prior.normals.col(0), down_);
   }
@@ -130,7 +130,7 @@ TEST_F(ContactHistoryTest, AveragesWithinACellOverAllVisits) {
   Leave();
   Note(here_ + Vector3d(0.002, 0, 0), Turned(down_, side_, -2));
   Leave();
-  const ContactPrior prior = Lookup(here_ + Vector3d(0.004, 0, 0));
+  const RememberedContacts prior = Lookup(here_ + Vector3d(0.004, 0, 0));
   ASSERT_EQ(prior.normals.cols(), 1);
   // Small angles: their mean, but for 0.01 deg.
   EXPECT_LT(AngleDeg(prior.normals.col(0), down_), 0.01);
@@ -152,7 +152,7 @@ TEST_F(ContactHistoryTest, SeveralContactsOfACellStayApart) {
   for (int i = 0; i < 5; ++i) Note(here_, corner);
   Note(here_, Turned(side_, down_, 3));
   Leave();
-  const ContactPrior prior = Lookup(here_);
+  const RememberedContacts prior = Lookup(here_);
   ASSERT_EQ(prior.normals.cols(), 2);
   EXPECT_LT(AngleDeg(prior.normals.col(0), down_), 1e-6);
   EXPECT_NEAR(AngleDeg(prior.normals.col(1), side_), 3.0 / 6, 0.01);
@@ -165,7 +165,7 @@ TEST_F(ContactHistoryTest, FifthContactOfACellTakesThePlaceOfTheLeastSeen) {
   }
   Note(here_, Vector3d::UnitY());
   Leave();
-  const ContactPrior prior = Lookup(here_);
+  const RememberedContacts prior = Lookup(here_);
   ASSERT_EQ(prior.normals.cols(), 4);
   EXPECT_EQ(prior.normals.col(2), Vector3d::UnitY());
 }
@@ -177,7 +177,7 @@ TEST_F(ContactHistoryTest, NearestMemoryComesFirstAndStandsForItsLike) {
   Note(there, normals);
   Note(here_, down_);
   Leave();
-  ContactPrior prior = Lookup(here_ + Vector3d(0.004, 0, 0));
+  RememberedContacts prior = Lookup(here_ + Vector3d(0.004, 0, 0));
   ASSERT_EQ(prior.normals.cols(), 2);
   EXPECT_EQ(prior.normals.col(0), down_);
   EXPECT_EQ(prior.normals.col(1), side_);
@@ -197,7 +197,7 @@ TEST_F(ContactHistoryTest, NoMoreThanEightNormals) {
     Note(here_ + Vector3d(0.009 * x, 0, 0.009 * x), normals);
   }
   Leave();
-  const ContactPrior prior = Lookup(here_ + Vector3d(0.009, 0, 0.009));
+  const RememberedContacts prior = Lookup(here_ + Vector3d(0.009, 0, 0.009));
   EXPECT_EQ(prior.normals.cols(), 8);
   EXPECT_NEAR(AngleDeg(prior.normals.col(0), down_), 60, 1e-9);
 }
@@ -262,7 +262,7 @@ TEST_F(ContactHistoryTest, SweepAgreesWithAListOfAllVisits) {
       normals.push_back(normal);
       std = 0.1 + 10 * distance;
     }
-    const ContactPrior prior = Lookup(position);
+    const RememberedContacts prior = Lookup(position);
     ASSERT_EQ(prior.normals.cols(), std::ssize(normals)) << "at " << i;
     EXPECT_NEAR(prior.std, std, 1e-12);
     for (std::size_t k = 0; k < normals.size(); ++k) {
@@ -278,7 +278,7 @@ TEST_F(ContactHistoryTest, NegativeCoordinatesHaveCellsOfTheirOwn) {
   Note(p, down_);
   Note(-p, side_);
   Leave();
-  const ContactPrior prior = Lookup(p);
+  const RememberedContacts prior = Lookup(p);
   ASSERT_EQ(prior.normals.cols(), 2);
   EXPECT_EQ(prior.normals.col(0), down_);
 }
@@ -418,7 +418,7 @@ class TableVisitTest : public ContactHistoryTest {
         velocity = presses ? 0 * along_ : Vector3d(0.05 / 3 * along_);
       }
       for (double& f : force) f += 0.2 * random_.Normal();
-      const ContactPrior prior = Lookup(position);
+      const RememberedContacts prior = Lookup(position);
       num_priors_ += prior.normals.cols();
       if (with_prior) filter_.SetPrior(prior.normals, &state);
       const bool knows = state.dimension > 0;
@@ -451,7 +451,7 @@ TEST_F(TableVisitTest, SecondVisitHasThePriorOfTheFirst) {
   Visit(here_, true);
   EXPECT_EQ(num_priors_, 0);
   for (double y = 0; y <= 0.05; y += 0.005) {
-    const ContactPrior prior = Lookup(here_ + y * along_);
+    const RememberedContacts prior = Lookup(here_ + y * along_);
     ASSERT_GE(prior.normals.cols(), 1) << "at " << y;
     // Friction of 0.3 tilts the force by 17 deg.
     EXPECT_LT(AngleDeg(prior.normals.col(0), table_), y < 0.025 ? 20 : 8);

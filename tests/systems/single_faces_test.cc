@@ -148,7 +148,7 @@ TEST(AlgorithmTest, ContactHistory) {
         algorithm.UpdateFromSelection(p_BE,
                                       MatrixFromFlat(in.at("force_selection")),
                                       in.at("force_direction"), &state);
-        const ContactPrior prior = algorithm.Lookup(p_BE, state);
+        const RememberedContacts prior = algorithm.Lookup(p_BE, state);
         return prior.normals.cols() > 0 ? VectorXd(prior.normals.col(0))
                                         : VectorXd(VectorXd::Zero(3));
       },
