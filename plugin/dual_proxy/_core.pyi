@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'saturate']
+__all__: list[str] = ['ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -1831,6 +1831,157 @@ class ForceSpaceParticleFilter:
         """
         Number of updates carried out.
         """
+class ContactHistoryParams:
+    """
+    Parameters of ContactHistory.
+    """
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('period', 'cell_size', 'capacity', 'radius', 'merge_angle', 'min_age', 'std_base', 'std_growth')
+    fields: typing.ClassVar[dict] = {'period': 's, > 0, time between updates, default 1/15', 'cell_size': 'm, 1e-4 to 1: edge of the cells in which normals are averaged, default 0.02', 'capacity': 'number of cells remembered, 1 to 1000000, default 1024', 'radius': 'm, 0 to 2 cell_size: how near a memory must be to count, default 0.02', 'merge_angle': 'rad, 0.01 to 1.5: normals within it are one contact, default 0.175', 'min_age': 's, >= 0: a cell that was left more recently does not count, default 2', 'std_base': 'rad, > 0: how uncertain a memory of this very point is, default 0.1', 'std_growth': 'rad/m, >= 0: what is added per distance from the memory, default 10'}
+    def __copy__(self) -> ContactHistoryParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> ContactHistoryParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def capacity(self) -> int:
+        """
+        number of cells remembered, 1 to 1000000, default 1024
+        """
+    @capacity.setter
+    def capacity(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def cell_size(self) -> float:
+        """
+        m, 1e-4 to 1: edge of the cells in which normals are averaged, default 0.02
+        """
+    @cell_size.setter
+    def cell_size(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def merge_angle(self) -> float:
+        """
+        rad, 0.01 to 1.5: normals within it are one contact, default 0.175
+        """
+    @merge_angle.setter
+    def merge_angle(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def min_age(self) -> float:
+        """
+        s, >= 0: a cell that was left more recently does not count, default 2
+        """
+    @min_age.setter
+    def min_age(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def period(self) -> float:
+        """
+        s, > 0, time between updates, default 1/15
+        """
+    @period.setter
+    def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def radius(self) -> float:
+        """
+        m, 0 to 2 cell_size: how near a memory must be to count, default 0.02
+        """
+    @radius.setter
+    def radius(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def std_base(self) -> float:
+        """
+        rad, > 0: how uncertain a memory of this very point is, default 0.1
+        """
+    @std_base.setter
+    def std_base(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def std_growth(self) -> float:
+        """
+        rad/m, >= 0: what is added per distance from the memory, default 10
+        """
+    @std_growth.setter
+    def std_growth(self, arg1: typing.Any) -> None:
+        ...
+class ContactHistoryState:
+    """
+    What the history remembers.
+    """
+    def __copy__(self) -> ContactHistoryState:
+        ...
+    def __deepcopy__(self, memo: dict) -> ContactHistoryState:
+        ...
+    @property
+    def bad_inputs(self) -> int:
+        """
+        Number of updates refused.
+        """
+    @property
+    def updates(self) -> int:
+        """
+        Number of updates carried out.
+        """
+class ContactHistory:
+    """
+    Remembers which contact normals were believed where, so that a place visited again
+    gives them as a prior (section IV.C of the paper). Its state is made by make_state().
+    
+    A visit of a cell ends when the tool goes on to another, and gives its prior to later
+    visits, not to itself. Passing a place without contact notes and erases nothing.
+    """
+    def __init__(self, params: ContactHistoryParams = ...) -> None:
+        ...
+    def lookup(self, position: typing.Any, state: ContactHistoryState) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, n]"], float]:
+        """
+        What was believed near `position` (p_BE, (3,), m, in B) on earlier visits.
+        
+        Returns (normals, std): (3, k), k <= 8, unit normals in B, into the surface, of the
+        nearest memory first; and how uncertain the least sure of them is, rad.
+        """
+    def make_state(self) -> ContactHistoryState:
+        """
+        Nothing remembered.
+        """
+    def update(self, position: typing.Any, normals: typing.Any, state: ContactHistoryState) -> str:
+        """
+        Notes what is believed here.
+        
+        position: p_BE, (3,), m, in B: where the tool point is.
+        normals: (3, d), 0 <= d <= 8, in B, into the surface; normalised here.
+        Returns "ok" or "bad_input" (not finite, shorter than 1e-6, or a million cells away:
+        refused and counted, nothing else changes).
+        """
+    def update_from_selection(self, position: typing.Any, force_selection: typing.Any, force_direction: typing.Any, state: ContactHistoryState) -> str:
+        """
+        As update, from what the ports of the filter say.
+        
+        force_selection: Omega_f, (3, 3), in B.
+        force_direction: U1, (3,), in B; zero without contact.
+        Notes U1, and where Omega_f is of rank 2 also both directions across it in force space.
+        """
+    @property
+    def params(self) -> ContactHistoryParams:
+        ...
 class TimeDomainPassivityParams:
     """
     Parameters of TimeDomainPassivity; for moments N m s/rad instead of N s/m.

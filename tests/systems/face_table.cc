@@ -18,6 +18,7 @@
 #include "dual_proxy/control/operational_space_controller_system.h"
 #include "dual_proxy/link/communication_channel_system.h"
 #include "dual_proxy/link/pose_sender_system.h"
+#include "dual_proxy/perception/contact_history_system.h"
 #include "dual_proxy/perception/force_space_particle_filter_system.h"
 #include "dual_proxy/proxy/haptic_side_proxy_system.h"
 #include "dual_proxy/proxy/robot_side_proxy_system.h"
@@ -83,6 +84,7 @@ void Serialize(Archive* a, FaceParams* params) {
   a->Visit(MakeNameValue("channel_seed", &params->channel_seed));
   a->Visit(MakeNameValue("filter", &params->filter));
   a->Visit(MakeNameValue("filter_seed", &params->filter_seed));
+  a->Visit(MakeNameValue("history", &params->history));
   a->Visit(MakeNameValue("window", &params->window));
   a->Visit(MakeNameValue("path", &params->path));
   a->Visit(MakeNameValue("device", &params->device));
@@ -204,6 +206,8 @@ std::unique_ptr<System<double>> MakeFace(const std::string& name) {
          return std::make_unique<ForceSpaceParticleFilterSystem>(p.filter,
                                                                  p.filter_seed);
        }},
+      {"ContactHistory",
+       [&p] { return std::make_unique<ContactHistorySystem>(p.history); }},
       {"OperationalSpaceController",
        [&p] {
          return std::make_unique<OperationalSpaceControllerSystem>(
@@ -291,6 +295,9 @@ VectorXd Flatten(const AbstractValue& value) {
   }
   if (const auto* message = value.maybe_get_value<ForceMessage>()) {
     return Flatten(*message);
+  }
+  if (const auto* normals = value.maybe_get_value<Matrix3Xd>()) {
+    return normals->cols() > 0 ? Vector3d(normals->col(0)) : Vector3d::Zero();
   }
   return Flatten(ToPose(value.get_value<RigidTransformd>()));
 }
