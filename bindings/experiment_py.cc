@@ -11,6 +11,7 @@
 
 #include "dual_proxy/experiment/metrics.h"
 #include "dual_proxy/experiment/recording.h"
+#include "dual_proxy/experiment/rotation_truth.h"
 #include "params.h"
 
 // dual_proxy.metrics and dual_proxy.recording are the typed faces of what is
@@ -125,9 +126,30 @@ void BindRecording(py::module_& m) {
       "(n, 3), can be\nreached.");
 }
 
+void BindRotationTruth(py::module_& m) {
+  py::class_<RotationTruth>(
+      m, "RotationTruth",
+      "Which rotations the true contacts of the tool block; see the C++ header.")
+      .def(py::init<>())
+      .def(
+          "add",
+          [](RotationTruth& self, const py::object& p,
+             const py::object& normal) {
+            self.Add(Vec3(p, "p"), Vec3(normal, "normal"));
+          },
+          py::arg("p"), py::arg("normal"),
+          "Takes one more contact: (3,), m, and a unit vector, (3,), in B.")
+      .def_property_readonly("dimension", &RotationTruth::dimension,
+                             "Number of directions that are blocked, 0 to 3.")
+      .def("calc_free_axis", &RotationTruth::CalcFreeAxis,
+           "Unit vector, (3,), in B: the axis of free rotation if there is just "
+           "one,\nat dimension 2; zero otherwise.");
+}
+
 }  // namespace
 
 void BindExperiment(py::module_& m) {
+  BindRotationTruth(m);
   BindMetrics(m);
   BindRecording(m);
 }

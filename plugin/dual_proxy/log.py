@@ -12,7 +12,7 @@ import io
 import json
 import os
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,6 +29,7 @@ __all__ = [
     "replace_file",
     "save_log",
     "signal",
+    "signals",
     "write_mcap",
 ]
 
@@ -50,6 +51,8 @@ class Signal(NamedTuple):
     """B robot base, D device base; empty if none applies."""
     description: str
     integer: bool = False
+    angular: bool = False
+    """Only in the log of a run with the angular filter."""
 
 
 #: Every signal of a log, by name, in the order of its columns.
@@ -100,11 +103,41 @@ SIGNALS: dict[str, Signal] = {
     ),
     "haptic_link_age": Signal(_SCALAR, "s", "", "of the message in use at the device"),
     "haptic_link_dropped": Signal(_SCALAR, "", "", "messages refused so far", True),
+    "robot_angular_velocity": Signal(
+        _VECTOR, "rad/s", "B", "w_BE, of the tool", angular=True
+    ),
+    "reference_moment": Signal(_VECTOR, "N m", "B", "M_r", angular=True),
+    "moment_space_moment": Signal(
+        _VECTOR, "N m", "B", "M_f, command in moment space", angular=True
+    ),
+    "contact_moment_dimension": Signal(
+        _SCALAR, "", "", "true number of rotations blocked", True, True
+    ),
+    "contact_rotation_axis": Signal(
+        _VECTOR,
+        "",
+        "B",
+        "true, unit, of free rotation where two are blocked, else zero",
+        angular=True,
+    ),
+    "moment_dimension": Signal(
+        _SCALAR, "", "", "of the moment space, by the angular filter", True, True
+    ),
+    "moment_selection": Signal(_MATRIX, "", "B", "Omega_tau, row by row", angular=True),
 }
 
 # ZIP can not hold a date before this one; every entry carries it, so that equal
 # logs are equal files.
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+def signals(names: Container[str]) -> list[str]:
+    """Return the signals of a log that has those of `names`, in order.
+
+    Those of the angular filter are there together or not at all.
+    """
+    angular = "moment_dimension" in names
+    return [name for name, entry in SIGNALS.items() if angular or not entry.angular]
 
 
 def column_names(name: str) -> list[str]:
@@ -119,8 +152,9 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
     ----------
     time : (n,), s, strictly increasing
     values : Mapping[str, ArrayLike]
-        Every signal of `SIGNALS`, each (n, components), (n, 3, 3) for a matrix
-        or (n,) for a scalar.
+        Every signal of `SIGNALS` (those of the angular filter together or not
+        at all), each (n, components), (n, 3, 3) for a matrix or (n,) for a
+        scalar.
 
     Raises
     ------
@@ -131,11 +165,13 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
     if times.ndim != 1 or np.any(np.diff(times) <= 0.0):
         raise ValueError("time: expected (n,) strictly increasing values")
     unknown = [name for name in values if name not in SIGNALS]
-    missing = [name for name in SIGNALS if name not in values]
+    expected = signals(values)
+    missing = [name for name in expected if name not in values]
     if unknown or missing:
         raise ValueError(f"signals: unknown {unknown}, missing {missing}")
     columns: dict[str, NDArray[Any]] = {}
-    for name, entry in SIGNALS.items():
+    for name in expected:
+        entry = SIGNALS[name]
         dtype = np.int32 if entry.integer else np.float64
         array = np.asarray(values[name], dtype=dtype)
         width = len(entry.components)
@@ -163,7 +199,7 @@ def save_log(frame: pd.DataFrame, path: str | Path) -> None:
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
         arrays = {"time": frame.index.to_numpy(np.float64)}
-        arrays |= {name: signal(frame, name) for name in SIGNALS}
+        arrays |= {name: signal(frame, name) for name in signals(frame.columns)}
         for name, array in arrays.items():
             data = io.BytesIO()
             # Column by column, as neighbours in time compress well.
@@ -210,7 +246,8 @@ def write_mcap(frame: pd.DataFrame, path: str | Path) -> None:
     writer.start(profile="", library="dual_proxy")
     stamps = np.round(frame.index.to_numpy(np.float64) * 1e9).astype(np.int64).tolist()
     channels = []
-    for name, entry in SIGNALS.items():
+    for name in signals(frame.columns):
+        entry = SIGNALS[name]
         kind = "integer" if entry.integer else "number"
         keys = [_mcap_key(component) for component in entry.components]
         schema = {
