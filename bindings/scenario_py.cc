@@ -131,7 +131,7 @@ void BindScenario(py::module_& m) {
       .Field("enabled", &A::enabled, "whether it runs, default false")
       .Field("filter", &A::filter,
              "ForceSpaceParticleFilterParams, with N m for N and rad/s for "
-             "m/s; thresholds by default (0.05, 0.2, 0.02, 0.1) for update, "
+             "m/s; thresholds by default (0.08, 0.2, 0.02, 0.1) for update, "
              "(0, 0.05, 0.02, 0.2) for resampling");
 
   using S = Scenario;

@@ -192,9 +192,9 @@ class _TenthsPrinter:
 
 
 def _print_metrics(result: Run) -> None:
-    width = max(map(len, METRICS))
-    for key, entry in METRICS.items():
-        print(f"{key:{width}}  {format_metric(result.metrics[key]):>9} {entry.unit}")
+    width = max(map(len, result.metrics))
+    for key, value in result.metrics.items():
+        print(f"{key:{width}}  {format_metric(value):>9} {METRICS[key].unit}")
 
 
 if __name__ == "__main__":

@@ -42,7 +42,8 @@ class Metric(NamedTuple):
     description: str
 
 
-#: The keys of metrics.json, in order.
+#: The keys of metrics.json, in order; those of the angular filter
+#: (`moment_dimension_accuracy`, `rotation_axis_error_mean_deg`) only if it ran.
 METRICS: dict[str, Metric] = {
     key: Metric(unit, description)
     for key, unit, description in _core._metric_descriptions()

@@ -166,10 +166,10 @@ def render_report(
 def _metrics_table(metrics: Mapping[str, Any]) -> str:
     rows = "".join(
         f"<tr><td><code>{key}</code></td>"
-        f'<td class="number">{format_metric(metrics[key])}</td>'
-        f'<td>{entry.unit}</td><td class="note">{html.escape(entry.description)}'
-        "</td></tr>"
-        for key, entry in METRICS.items()
+        f'<td class="number">{format_metric(value)}</td>'
+        f'<td>{METRICS[key].unit}</td>'
+        f'<td class="note">{html.escape(METRICS[key].description)}</td></tr>'
+        for key, value in metrics.items()
     )
     return (
         "<section><h2>Metrics</h2><p>From the log and the simulator's true "

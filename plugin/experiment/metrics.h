@@ -33,7 +33,8 @@ struct MetricDescription {
   const char* description;
 };
 
-/** Every metric, in order: the keys of metrics.json. */
+/** Every metric, in order: the keys of metrics.json. Those of the angular filter
+are only there if it ran. */
 std::span<const MetricDescription> MetricDescriptions();
 
 /** A metric that cannot be given is std::monostate (null in JSON): there was
@@ -41,7 +42,7 @@ no contact, or a value that it needs is not finite. `finite` says whether the
 latter happened. */
 using MetricValue = std::variant<std::monostate, bool, std::int64_t, double>;
 
-/** Key and value of each of MetricDescriptions, in its order. */
+/** Key and value of each of MetricDescriptions that is there, in its order. */
 using Metrics = std::vector<std::pair<std::string, MetricValue>>;
 
 /** What metrics need to know of a scenario. */
@@ -63,7 +64,9 @@ struct MetricsParams {
   `device_force`, `robot_position`, `reference_force`, `sensed_force`,
   `contact_force`, `contact_normal`, `contact_dimension`, `dimension`,
   `force_direction`, `force_selection`, `observed_energy`, `robot_link_dropped`
-  and `haptic_link_dropped`.
+  and `haptic_link_dropped`; with the angular filter `moment_dimension`,
+  `moment_selection`, `contact_moment_dimension` and `contact_rotation_axis`,
+  too.
 @param wall_s how long the run took, s, if that is known.
 @throws std::invalid_argument if `log` or `params` is invalid. */
 Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,

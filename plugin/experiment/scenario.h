@@ -105,10 +105,10 @@ struct AngularFilterParams {
   /** Whether it runs. Without it no moment is controlled. */
   bool enabled{false};
   /** N m for N, rad/s for m/s. The thresholds fit a tool some centimetres wide
-  that is pressed with some newtons: the moment of its edge's contact is 0.2 N m,
-  that of its friction (which is no constraint) a third of that. */
+  that is pressed with some newtons: on its edge the moment is 0.2 N m; that of
+  friction, which blocks nothing, is a third of that and to stay below. */
   ForceSpaceParticleFilterParams filter{
-      .update_thresholds = {0.05, 0.2, 0.02, 0.1},
+      .update_thresholds = {0.08, 0.2, 0.02, 0.1},
       .resampling_thresholds = {0, 0.05, 0.02, 0.2}};
 
   /** @throws std::invalid_argument naming the field, its range and value. */

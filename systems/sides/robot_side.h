@@ -105,8 +105,7 @@ part is documented where it is.
 The means are a WindowMean over filter_period: a filter that updates at a
 multiple of filter_period and looks at the output of the cycle before it sees
 exactly one full window. A cycle that the controller refused adds nothing. Those
-of the angular filter are alike, over angular_filter_period; its M_m is the
-command of a unit inertia where the linear filter's F_m is that of a unit mass.
+of the angular filter are alike, over angular_filter_period.
 
 Update() neither allocates nor throws. */
 class RobotSide {
