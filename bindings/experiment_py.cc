@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -54,16 +55,20 @@ std::optional<py::array_t<double>> RotationArray(
 }
 
 void BindMetrics(py::module_& m) {
+  const auto list = [](std::span<const MetricDescription> metrics) {
+    std::vector<std::tuple<const char*, const char*, const char*>> result;
+    for (const auto& [key, unit, description] : metrics) {
+      result.emplace_back(key, unit, description);
+    }
+    return result;
+  };
   m.def(
-      "_metric_descriptions",
-      []() {
-        std::vector<std::tuple<const char*, const char*, const char*>> result;
-        for (const auto& [key, unit, description] : MetricDescriptions()) {
-          result.emplace_back(key, unit, description);
-        }
-        return result;
-      },
+      "_metric_descriptions", [list] { return list(MetricDescriptions()); },
       "[(key, unit, description)] of every metric, in order.");
+  m.def(
+      "_angular_metric_descriptions",
+      [list] { return list(AngularMetricDescriptions()); },
+      "The same of those of the angular filter.");
   m.def(
       "_compute_metrics",
       [](Eigen::VectorXd time, Eigen::MatrixXd values, const Signals& signals,
@@ -128,7 +133,7 @@ void BindRecording(py::module_& m) {
 
 void BindRotationTruth(py::module_& m) {
   py::class_<RotationTruth>(
-      m, "RotationTruth",
+      m, "_RotationTruth",
       "Which rotations the true contacts of the tool block; see the C++ header.")
       .def(py::init<>())
       .def(

@@ -57,6 +57,8 @@ void BindOperator(py::module_& m) {
         self.points = Columns(value, "points");
       },
       points_doc);
+  params.Field("interpolation", &Params::interpolation,
+               "\"minimum_jerk\", \"linear\" or \"cubic\" (recorded motion)");
   const char* rotations_doc =
       "(3, n), rad, rotation vectors from the start, in the frame of `points`; "
       "or (3, 0): no rotation";
@@ -68,8 +70,6 @@ void BindOperator(py::module_& m) {
         self.rotations = Columns(value, "rotations");
       },
       rotations_doc);
-  params.Field("interpolation", &Params::interpolation,
-               "\"minimum_jerk\", \"linear\" or \"cubic\" (recorded motion)");
   py::class_<OperatorPath>(
       m, "OperatorPath",
       "What the simulated operator intends: a path through given points at "
@@ -81,10 +81,10 @@ void BindOperator(py::module_& m) {
              return OperatorPath(
                  {.times = Times(times),
                   .points = Columns(points, "points"),
-                  .rotations = rotations ? Columns(*rotations, "rotations")
-                                         : Eigen::Matrix3Xd(3, 0),
                   .interpolation = EnumFromPython<PathInterpolation>(
-                      interpolation, "interpolation")});
+                      interpolation, "interpolation"),
+                  .rotations = rotations ? Columns(*rotations, "rotations")
+                                         : Eigen::Matrix3Xd(3, 0)});
            }),
            py::arg("times"), py::arg("points"),
            py::arg("interpolation") = "minimum_jerk",

@@ -2,8 +2,9 @@
 """The log of a run: one row per control period, one table of signals.
 
 A log is a pandas DataFrame whose index is the time (s, named `time`) and whose
-columns are the components of the signals in `SIGNALS`: `robot_position_x`,
-`torque_0`, `force_selection_xy`, or the bare name of a scalar.
+columns are the components of the signals in `SIGNALS`, and with the angular
+filter those in `ANGULAR_SIGNALS`: `robot_position_x`, `torque_0`,
+`force_selection_xy`, or the bare name of a scalar.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "ANGULAR_SIGNALS",
     "SIGNALS",
     "Signal",
     "column_names",
@@ -51,8 +53,6 @@ class Signal(NamedTuple):
     """B robot base, D device base; empty if none applies."""
     description: str
     integer: bool = False
-    angular: bool = False
-    """Only in the log of a run with the angular filter."""
 
 
 #: Every signal of a log, by name, in the order of its columns.
@@ -103,28 +103,26 @@ SIGNALS: dict[str, Signal] = {
     ),
     "haptic_link_age": Signal(_SCALAR, "s", "", "of the message in use at the device"),
     "haptic_link_dropped": Signal(_SCALAR, "", "", "messages refused so far", True),
-    "robot_angular_velocity": Signal(
-        _VECTOR, "rad/s", "B", "w_BE, of the tool", angular=True
-    ),
-    "reference_moment": Signal(_VECTOR, "N m", "B", "M_r", angular=True),
-    "moment_space_moment": Signal(
-        _VECTOR, "N m", "B", "M_f, command in moment space", angular=True
-    ),
+}
+
+#: Those that follow in the log of a run with the angular filter.
+ANGULAR_SIGNALS: dict[str, Signal] = {
+    "robot_angular_velocity": Signal(_VECTOR, "rad/s", "B", "w_BE, of the tool"),
+    "reference_moment": Signal(_VECTOR, "N m", "B", "M_r"),
+    "moment_space_moment": Signal(_VECTOR, "N m", "B", "M_f, command in moment space"),
     "contact_moment_dimension": Signal(
-        _SCALAR, "", "", "true number of rotations blocked", True, True
+        _SCALAR, "", "", "true number of rotations that are blocked", True
     ),
     "contact_rotation_axis": Signal(
-        _VECTOR,
-        "",
-        "B",
-        "true, unit, of free rotation where two are blocked, else zero",
-        angular=True,
+        _VECTOR, "", "B", "true, unit, of free rotation; zero if there is not just one"
     ),
     "moment_dimension": Signal(
-        _SCALAR, "", "", "of the moment space, by the angular filter", True, True
+        _SCALAR, "", "", "of the moment space, by the angular filter", True
     ),
-    "moment_selection": Signal(_MATRIX, "", "B", "Omega_tau, row by row", angular=True),
+    "moment_selection": Signal(_MATRIX, "", "B", "Omega_tau, row by row"),
 }
+
+_ALL_SIGNALS = SIGNALS | ANGULAR_SIGNALS
 
 # ZIP can not hold a date before this one; every entry carries it, so that equal
 # logs are equal files.
@@ -132,17 +130,16 @@ _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 def signals(names: Container[str]) -> list[str]:
-    """Return the signals of a log that has those of `names`, in order.
+    """Return the signals of a log with these signals or columns, in order.
 
-    Those of the angular filter are there together or not at all.
+    It has those of `ANGULAR_SIGNALS` all or none.
     """
-    angular = "moment_dimension" in names
-    return [name for name, entry in SIGNALS.items() if angular or not entry.angular]
+    return list(_ALL_SIGNALS if "moment_dimension" in names else SIGNALS)
 
 
 def column_names(name: str) -> list[str]:
     """Return the columns of a signal, in order."""
-    return [f"{name}_{c}" if c else name for c in SIGNALS[name].components]
+    return [f"{name}_{c}" if c else name for c in _ALL_SIGNALS[name].components]
 
 
 def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame:
@@ -152,9 +149,8 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
     ----------
     time : (n,), s, strictly increasing
     values : Mapping[str, ArrayLike]
-        Every signal of `SIGNALS` (those of the angular filter together or not
-        at all), each (n, components), (n, 3, 3) for a matrix or (n,) for a
-        scalar.
+        Every signal of `SIGNALS`, and all or none of `ANGULAR_SIGNALS`, each
+        (n, components), (n, 3, 3) for a matrix or (n,) for a scalar.
 
     Raises
     ------
@@ -164,14 +160,14 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
     times = np.asarray(time, dtype=np.float64)
     if times.ndim != 1 or np.any(np.diff(times) <= 0.0):
         raise ValueError("time: expected (n,) strictly increasing values")
-    unknown = [name for name in values if name not in SIGNALS]
     expected = signals(values)
+    unknown = [name for name in values if name not in expected]
     missing = [name for name in expected if name not in values]
     if unknown or missing:
         raise ValueError(f"signals: unknown {unknown}, missing {missing}")
     columns: dict[str, NDArray[Any]] = {}
     for name in expected:
-        entry = SIGNALS[name]
+        entry = _ALL_SIGNALS[name]
         dtype = np.int32 if entry.integer else np.float64
         array = np.asarray(values[name], dtype=dtype)
         width = len(entry.components)
@@ -188,7 +184,7 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
 def signal(frame: pd.DataFrame, name: str) -> NDArray[Any]:
     """Return a signal of a log: (n,) for a scalar, else (n, components)."""
     table = frame[column_names(name)].to_numpy()
-    return table[:, 0] if SIGNALS[name].components == _SCALAR else table
+    return table[:, 0] if _ALL_SIGNALS[name].components == _SCALAR else table
 
 
 def save_log(frame: pd.DataFrame, path: str | Path) -> None:
@@ -247,7 +243,7 @@ def write_mcap(frame: pd.DataFrame, path: str | Path) -> None:
     stamps = np.round(frame.index.to_numpy(np.float64) * 1e9).astype(np.int64).tolist()
     channels = []
     for name in signals(frame.columns):
-        entry = SIGNALS[name]
+        entry = _ALL_SIGNALS[name]
         kind = "integer" if entry.integer else "number"
         keys = [_mcap_key(component) for component in entry.components]
         schema = {

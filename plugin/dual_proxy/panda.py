@@ -67,7 +67,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from dual_proxy._core import ArmModel, ArmModelParams, RotationTruth
+from dual_proxy._core import ArmModel, ArmModelParams, _RotationTruth
 from dual_proxy.native import NativeTwin
 from dual_proxy.panda_params import (
     CORNER_RADIUS,
@@ -90,6 +90,7 @@ __all__ = [
     "PandaModel",
     "PandaScene",
     "PandaTerms",
+    "RotationTruth",
     "SensorReaction",
     "add_panda_scene",
     "box_pose",
@@ -427,9 +428,9 @@ _NO_CONTACT = ContactTruth(_constant([0, 0, 0]), _constant([0, 0, 0]), 0)
 
 def _pushing(
     results: ContactResults, tool_body: BodyIndex
-) -> Iterator[tuple[float, Vector, Vector, Vector]]:
+) -> Iterator[tuple[float, Vector, Vector, Any]]:
     """Yields the tool's contacts that have a force: normal force, force of the
-    tool on its environment, normal into the surface, place."""
+    tool on its environment, normal into the surface, Drake's contact info."""
     for i in range(results.num_point_pair_contacts()):
         info: Any = results.point_pair_contact_info(i)
         # Drake gives the force on body B and the normal from B into A.
@@ -443,7 +444,7 @@ def _pushing(
             continue
         normal_force = float(force @ normal)
         if normal_force > 0.0:
-            yield normal_force, force, normal, info.contact_point()
+            yield normal_force, force, normal, info
 
 
 def contact_truth(results: ContactResults, tool_body: BodyIndex) -> ContactTruth:
@@ -480,15 +481,31 @@ def contact_truth(results: ContactResults, tool_body: BodyIndex) -> ContactTruth
     return ContactTruth(total, push, len(basis))
 
 
+class RotationTruth(NamedTuple):
+    """Which rotations the true contacts of the tool block.
+
+    Attributes
+    ----------
+    dimension : number of directions that are blocked, 0..3: the moments without
+        a force that frictionless contacts could resist. Three points on a
+        plane that do not lie on a line block two, two points one.
+    free_axis : (3,) unit vector in B, the axis of free rotation if there is just
+        one, at dimension 2; zero otherwise.
+    """
+
+    dimension: int
+    free_axis: Vector
+
+
 def rotation_truth(results: ContactResults, tool_body: BodyIndex) -> RotationTruth:
     """Reads from the plant's contact results which rotations are blocked.
 
     The arguments are those of `contact_truth`.
     """
-    truth = RotationTruth()
-    for _, _, normal, p in _pushing(results, tool_body):
-        truth.add(p, normal)
-    return truth
+    truth = _RotationTruth()
+    for _, _, normal, info in _pushing(results, tool_body):
+        truth.add(info.contact_point(), normal)
+    return RotationTruth(truth.dimension, truth.calc_free_axis())
 
 
 class PandaTerms(NamedTuple):

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from dual_proxy.log import replace_file, signal
 from dual_proxy.metrics import (
+    ANGULAR_METRICS,
     METRICS,
     device_in_robot_frame,
     format_metric,
@@ -164,11 +165,12 @@ def render_report(
 
 
 def _metrics_table(metrics: Mapping[str, Any]) -> str:
+    described = METRICS | ANGULAR_METRICS
     rows = "".join(
         f"<tr><td><code>{key}</code></td>"
         f'<td class="number">{format_metric(value)}</td>'
-        f'<td>{METRICS[key].unit}</td>'
-        f'<td class="note">{html.escape(METRICS[key].description)}</td></tr>'
+        f'<td>{described[key].unit}</td><td class="note">'
+        f"{html.escape(described[key].description)}</td></tr>"
         for key, value in metrics.items()
     )
     return (

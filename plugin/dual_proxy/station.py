@@ -84,7 +84,7 @@ class ContactTruthSystem(NativeTwin, LeafSystem):
         values = [*truth.force, *truth.normal, truth.dimension]
         if self._rotations:
             blocked = rotation_truth(results, self._tool_body)
-            values += [blocked.dimension, *blocked.calc_free_axis()]
+            values += [blocked.dimension, *blocked.free_axis]
         output.SetFromVector(values)
 
 

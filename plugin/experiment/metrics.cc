@@ -74,18 +74,21 @@ constexpr MetricDescription kMetrics[] = {
     {"contact_force_ac_N", "N", "the same of the true contact force"},
     {"observed_energy_min_J", "J",
      "least energy that the passivity observer saw"},
-    {"moment_dimension_accuracy", "",
-     "share of the interaction with the true number of blocked rotations, onset "
-     "included"},
-    {"rotation_axis_error_mean_deg", "deg",
-     "angle between the angular filter's axis of free rotation and the true "
-     "one while both are there"},
     {"link_messages_dropped", "",
      "messages refused by both sides: too old or out of order"},
     {"finite", "", "no NaN or infinity anywhere in the log"},
     {"sim_s", "s", "simulated time"},
     {"wall_s", "s", "time it took"},
     {"real_time_factor", "", "sim_s / wall_s"},
+};
+
+constexpr MetricDescription kAngularMetrics[] = {
+    {"moment_dimension_accuracy", "",
+     "share of the interaction with the true number of blocked rotations, onset "
+     "included"},
+    {"rotation_axis_error_mean_deg", "deg",
+     "angle between the angular filter's axis of free rotation and the true "
+     "one while both are there"},
 };
 
 using Values = std::map<std::string_view, MetricValue>;
@@ -388,10 +391,6 @@ void AddPerceptionMetrics(const RunLog& log, const MetricsParams& params,
   values->at("detection_latency_ms") = CalcDetectionLatencyMs(log, truth);
 }
 
-// Of the angular filter.
-constexpr std::string_view kAngularMetrics[] = {"moment_dimension_accuracy",
-                                                "rotation_axis_error_mean_deg"};
-
 bool HasAngularFilter(const RunLog& log) {
   return std::any_of(log.signals.begin(), log.signals.end(),
                      [](const SignalSlice& signal) {
@@ -400,7 +399,7 @@ bool HasAngularFilter(const RunLog& log) {
 }
 
 void AddRotationMetrics(const RunLog& log, const Truth& truth, Values* values) {
-  if (!HasAngularFilter(log) || !truth.touching.any()) return;
+  if (!truth.touching.any()) return;
   const auto dimension = log.Signal<1>("moment_dimension");
   const auto true_dimension = log.Signal<1>("contact_moment_dimension");
   const auto axis = log.Signal<3>("contact_rotation_axis");
@@ -450,6 +449,10 @@ std::string ValueJson(const MetricValue& value) {
 
 std::span<const MetricDescription> MetricDescriptions() { return kMetrics; }
 
+std::span<const MetricDescription> AngularMetricDescriptions() {
+  return kAngularMetrics;
+}
+
 void MetricsParams::Validate() const {
   map.Validate();
   ThrowUnlessNonNegative("MetricsParams", "delay", delay);
@@ -462,7 +465,14 @@ Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
   const Index n = log.time.size();
   const double sim_s = n > 0 ? log.time(n - 1) : 0;  // Starts at 0.
   Values values;
-  for (const MetricDescription& metric : kMetrics) values[metric.key];
+  std::vector<MetricDescription> metrics_of_run(std::begin(kMetrics),
+                                                std::end(kMetrics));
+  const bool angular = HasAngularFilter(log);
+  if (angular) {
+    metrics_of_run.insert(metrics_of_run.end(), std::begin(kAngularMetrics),
+                          std::end(kAngularMetrics));
+  }
+  for (const MetricDescription& metric : metrics_of_run) values[metric.key];
   values.at("finite") = log.values.allFinite();
   values.at("sim_s") = sim_s;
   if (wall_s) {
@@ -474,16 +484,11 @@ Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
     AddPositionMetrics(log, params, truth, &values);
     AddForceMetrics(log, params, truth, &values);
     AddPerceptionMetrics(log, params, truth, &values);
-    AddRotationMetrics(log, truth, &values);
+    if (angular) AddRotationMetrics(log, truth, &values);
     AddCounts(log, truth, &values);
   }
   Metrics metrics;
-  const bool angular = HasAngularFilter(log);
-  for (const MetricDescription& metric : kMetrics) {
-    if (!angular && std::ranges::find(kAngularMetrics, metric.key) !=
-                        std::end(kAngularMetrics)) {
-      continue;
-    }
+  for (const MetricDescription& metric : metrics_of_run) {
     MetricValue value = values.at(metric.key);
     const auto* number = std::get_if<double>(&value);
     if (number && !std::isfinite(*number)) value = {};

@@ -33,16 +33,19 @@ struct MetricDescription {
   const char* description;
 };
 
-/** Every metric, in order: the keys of metrics.json. Those of the angular filter
-are only there if it ran. */
+/** Every metric, in order: the keys of metrics.json. */
 std::span<const MetricDescription> MetricDescriptions();
+
+/** Those of the angular filter, which follow where it ran. */
+std::span<const MetricDescription> AngularMetricDescriptions();
 
 /** A metric that cannot be given is std::monostate (null in JSON): there was
 no contact, or a value that it needs is not finite. `finite` says whether the
 latter happened. */
 using MetricValue = std::variant<std::monostate, bool, std::int64_t, double>;
 
-/** Key and value of each of MetricDescriptions that is there, in its order. */
+/** Key and value of each of MetricDescriptions(), in its order, and with the
+angular filter of AngularMetricDescriptions(). */
 using Metrics = std::vector<std::pair<std::string, MetricValue>>;
 
 /** What metrics need to know of a scenario. */

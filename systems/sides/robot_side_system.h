@@ -51,9 +51,9 @@ output_ports:
 - mean_contact_force
 - sensed_wrench (only with a simulated sensor)
 - mean_sensed_moment (only with an angular filter)
-- mean_angular_velocity (only with an angular filter)
-- mean_motion_moment (only with an angular filter)
-- mean_contact_moment (only with an angular filter)
+- mean_angular_velocity (likewise)
+- mean_motion_moment (likewise)
+- mean_contact_moment (likewise)
 @endsystem
 
 Input ports, in the base frame B unless said:

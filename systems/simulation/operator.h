@@ -31,12 +31,12 @@ struct OperatorPathParams {
   /** 3 x n, m, finite: where the operator wants the tool (in B) or the handle
   (in D) at each time. */
   Eigen::Matrix3Xd points{Eigen::Matrix3Xd::Zero(3, 1)};
+  /** Between two points. A person's recorded motion is kCubic or kLinear. */
+  PathInterpolation interpolation{PathInterpolation::kMinimumJerk};
   /** 3 x n, rad, finite, or 3 x 0 for no rotation: rotation vectors by which the
   operator wants to turn tool or handle from where it is at the start, in the
   frame of `points`. Between two of them their coordinates are interpolated. */
   Eigen::Matrix3Xd rotations{Eigen::Matrix3Xd::Zero(3, 0)};
-  /** Between two points. A person's recorded motion is kCubic or kLinear. */
-  PathInterpolation interpolation{PathInterpolation::kMinimumJerk};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;

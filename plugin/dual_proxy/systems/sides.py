@@ -146,10 +146,14 @@ class RobotSide(_Side):
     - mean_contact_force  # 3, N, likewise
     - sensed_wrench       # 6, as the input of that name (only with a simulated
                           # sensor)
-    - mean_sensed_moment, mean_angular_velocity, mean_motion_moment,
-      mean_contact_moment # 3 each, N m, rad/s, N m, N m, likewise of the angular
-                          # filter (only where `params.angular_filter_period` > 0)
+    - mean_sensed_moment    # 3, N m, mean over the angular filter's period (only
+                            # with an angular filter)
+    - mean_angular_velocity # 3, rad/s (likewise)
+    - mean_motion_moment    # 3, N m (likewise)
+    - mean_contact_moment   # 3, N m (likewise)
     @endsystem
+
+    There is an angular filter where `params.angular_filter_period` > 0.
 
     Everything in the base frame B. Steps every `params.controller.period`; all
     outputs but `robot_pose` are those of the last step. Before the first the
