@@ -132,9 +132,9 @@ void BindRecording(py::module_& m) {
 }
 
 void BindRotationTruth(py::module_& m) {
-  py::class_<RotationTruth>(
-      m, "_RotationTruth",
-      "Which rotations the true contacts of the tool block; see the C++ header.")
+  py::class_<RotationTruth>(m, "_RotationTruth",
+                            "Which rotations the true contacts of the tool "
+                            "block; see the C++ header.")
       .def(py::init<>())
       .def(
           "add",
@@ -146,9 +146,10 @@ void BindRotationTruth(py::module_& m) {
           "Takes one more contact: (3,), m, and a unit vector, (3,), in B.")
       .def_property_readonly("dimension", &RotationTruth::dimension,
                              "Number of directions that are blocked, 0 to 3.")
-      .def("calc_free_axis", &RotationTruth::CalcFreeAxis,
-           "Unit vector, (3,), in B: the axis of free rotation if there is just "
-           "one,\nat dimension 2; zero otherwise.");
+      .def(
+          "calc_free_axis", &RotationTruth::CalcFreeAxis,
+          "Unit vector, (3,), in B: the axis of free rotation if there is just "
+          "one,\nat dimension 2; zero otherwise.");
 }
 
 }  // namespace

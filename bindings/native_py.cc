@@ -322,9 +322,8 @@ PYBIND11_MODULE(_native, m) {
       "add_ContactTruthSystem",
       [](const py::object& builder, const std::string& name, int tool_body,
          bool rotations) {
-        Add<ContactTruthSystem>(builder, name,
-                                drake::multibody::BodyIndex(tool_body),
-                                rotations);
+        Add<ContactTruthSystem>(
+            builder, name, drake::multibody::BodyIndex(tool_body), rotations);
       },
       py::arg("builder"), py::arg("name"), py::arg("tool_body"),
       py::arg("rotations"));

@@ -55,13 +55,15 @@ void BindScene(py::module_& m) {
       .Field("time_step", &P::time_step,
              "s, step of the plant, and period of both sides' control, in "
              "[1e-5, 1e-2], default 0.001")
-      .Field("tool", &P::tool,
-             "\"sphere\": a ball around E, or \"flat\": a square pad, E in the "
-             "middle of its face, that touches with a small ball in each corner; "
-             "default \"sphere\"")
-      .Field("tool_size", &P::tool_size,
-             "m, between the corners of a flat tool along its edges, in [0.005, "
-             "0.2], default 0.06")
+      .Field(
+          "tool", &P::tool,
+          "\"sphere\": a ball around E, or \"flat\": a square pad, E in the "
+          "middle of its face, that touches with a small ball in each corner; "
+          "default \"sphere\"")
+      .Field(
+          "tool_size", &P::tool_size,
+          "m, between the corners of a flat tool along its edges, in [0.005, "
+          "0.2], default 0.06")
       .Field("tool_mass", &P::tool_mass,
              "kg, of all that is beyond the flange, in [1e-3, 3]; the inertia "
              "scales with it; default 0.2")

@@ -84,12 +84,10 @@ void BindRobotSide(py::module_& m) {
   using A = AngularFilterMeans;
   BindState<A>(m, "AngularFilterMeans",
                "Inputs of the angular filter, in B; moments about E.")
-      .def_readonly("sensed_moment", &A::sensed_moment, kCopy,
-                    "M_s, (3,), N m")
+      .def_readonly("sensed_moment", &A::sensed_moment, kCopy, "M_s, (3,), N m")
       .def_readonly("angular_velocity", &A::angular_velocity, kCopy,
                     "w_BE, (3,), rad/s")
-      .def_readonly("motion_moment", &A::motion_moment, kCopy,
-                    "M_m, (3,), N m")
+      .def_readonly("motion_moment", &A::motion_moment, kCopy, "M_m, (3,), N m")
       .def_readonly("contact_moment", &A::contact_moment, kCopy,
                     "M_f, (3,), N m");
 

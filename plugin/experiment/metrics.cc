@@ -84,7 +84,8 @@ constexpr MetricDescription kMetrics[] = {
 
 constexpr MetricDescription kAngularMetrics[] = {
     {"moment_dimension_accuracy", "",
-     "share of the interaction with the true number of blocked rotations, onset "
+     "share of the interaction with the true number of blocked rotations, "
+     "onset "
      "included"},
     {"rotation_axis_error_mean_deg", "deg",
      "angle between the angular filter's axis of free rotation and the true "

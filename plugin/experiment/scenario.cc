@@ -173,9 +173,9 @@ void Scenario::CheckAcross() const {
              scene.time_step, " s), got ", filter.period));
   }
   if (angular_filter.filter.period < scene.time_step) {
-    throw ScenarioError(
-        Join(name, ".angular_filter.period: expected at least scene.time_step (",
-             scene.time_step, " s), got ", angular_filter.filter.period));
+    throw ScenarioError(Join(
+        name, ".angular_filter.period: expected at least scene.time_step (",
+        scene.time_step, " s), got ", angular_filter.filter.period));
   }
   if (operator_params.recording.empty()) CheckWaypoints();
 }
@@ -237,10 +237,9 @@ OperatorPathParams Scenario::CalcOperatorPath() const {
     path.times(i) = points[i].time;
     path.points.col(i) = points[i].position;
   }
-  const bool rotates =
-      std::any_of(points.begin(), points.end(), [](const Waypoint& point) {
-        return !point.rotation.isZero(0);
-      });
+  const bool rotates = std::any_of(
+      points.begin(), points.end(),
+      [](const Waypoint& point) { return !point.rotation.isZero(0); });
   if (rotates) {
     path.rotations.resize(3, count);
     for (Eigen::Index i = 0; i < count; ++i) {

@@ -104,7 +104,7 @@ ModelInstanceIndex AddArm(MultibodyPlant<double>* plant, double tool_mass) {
 // A ball of the tool, which touches.
 struct TouchingBall {
   std::string name;
-  double radius{0};   // m.
+  double radius{0};  // m.
   Vector3d p_SBall;  // Its centre, m, in S.
 };
 
@@ -146,8 +146,8 @@ void DrawTool(MultibodyPlant<double>* plant, const RigidBody<double>& tool,
 // Contact properties of one body; tool and surfaces each carry them. Drake
 // combines two bodies' stiffness in series, adds their relaxation times, and
 // takes the stiffness-weighted mean of their Hunt-Crossley coefficients and the
-// harmonic mean of their frictions. A contact with a surface has this `share` of
-// the whole stiffness.
+// harmonic mean of their frictions. A contact with a surface has this `share`
+// of the whole stiffness.
 ProximityProperties MakeProximityProperties(const PandaSceneParams& params,
                                             double share = 1) {
   ProximityProperties properties;

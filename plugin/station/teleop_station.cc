@@ -81,13 +81,13 @@ class StationBuilder {
         Add<SensorReactionSystem>("reaction", scene_->sensor_joint);
     robot_side_ = Add<RobotSideSystem>(
         "robot_side",
-        RobotSideParams{.proxy = scenario_.robot_proxy,
-                        .controller = scenario_.controller,
-                        .sender = scenario_.link.sender,
-                        .filter_period = scenario_.filter.period,
-                        .angular_filter_period =
-                            angular ? scenario_.angular_filter.filter.period
-                                    : 0},
+        RobotSideParams{
+            .proxy = scenario_.robot_proxy,
+            .controller = scenario_.controller,
+            .sender = scenario_.link.sender,
+            .filter_period = scenario_.filter.period,
+            .angular_filter_period =
+                angular ? scenario_.angular_filter.filter.period : 0},
         model.arm_params(), q_start,
         RobotSideSensor{.params = scenario_.sensor,
                         .p_SE = kSensorToToolPoint,
@@ -113,7 +113,8 @@ class StationBuilder {
     if (angular) {
       layout.push_back(
           {.name = "contact_moment_dimension", .start = 7, .size = 1});
-      layout.push_back({.name = "contact_rotation_axis", .start = 8, .size = 3});
+      layout.push_back(
+          {.name = "contact_rotation_axis", .start = 8, .size = 3});
     }
     Log(truth->get_truth_output_port(), layout);
     builder_.ExportOutput(scene_->get_state_output_port(), "robot_state");

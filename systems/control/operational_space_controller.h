@@ -53,10 +53,11 @@ struct OperationalSpaceControllerParams {
   F_m, whose direction is that of the commanded motion. False: F_m as printed,
   which Lambda turns by up to 17 degrees. */
   bool unit_mass_motion_force{true};
-  /** True: the output `motion_moment` is likewise the command of a unit inertia.
-  False: it is M_m, N m. Here that is better: the inertia about a tool's own axis
-  is a tenth of that about the others, so that a little friction there makes most
-  of an angular acceleration, but little of a moment. */
+  /** True: the output `motion_moment` is likewise the command of a unit
+  inertia. False: M_m, N m, as printed. Here that is better: the inertia about a
+  tool's own axis is a few percent of that about the others, so a little
+  friction there makes most of the angular acceleration, but little of the
+  moment. */
   bool unit_inertia_motion_moment{false};
 
   /** rad, finite: joint posture kept in the null space. */

@@ -32,7 +32,8 @@ Eigen::Matrix3Xd CalcTangents(const Eigen::VectorXd& t,
   return tangents;
 }
 
-void Interpolate(PathInterpolation interpolation, const Eigen::Matrix3Xd& points,
+void Interpolate(PathInterpolation interpolation,
+                 const Eigen::Matrix3Xd& points,
                  const Eigen::Matrix3Xd& tangents, const Place& place,
                  Eigen::Vector3d* value, Eigen::Vector3d* rate) noexcept {
   const int i = place.index;

@@ -33,9 +33,10 @@ struct OperatorPathParams {
   Eigen::Matrix3Xd points{Eigen::Matrix3Xd::Zero(3, 1)};
   /** Between two points. A person's recorded motion is kCubic or kLinear. */
   PathInterpolation interpolation{PathInterpolation::kMinimumJerk};
-  /** 3 x n, rad, finite, or 3 x 0 for no rotation: rotation vectors by which the
-  operator wants to turn tool or handle from where it is at the start, in the
-  frame of `points`. Between two of them their coordinates are interpolated. */
+  /** 3 x n, rad, finite, or 3 x 0 for no rotation: rotation vectors by which
+  the operator wants to turn tool or handle from where it is at the start, in
+  the frame of `points`. Between two of them their coordinates are interpolated.
+*/
   Eigen::Matrix3Xd rotations{Eigen::Matrix3Xd::Zero(3, 0)};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -44,8 +45,8 @@ struct OperatorPathParams {
 
 /** A point of an OperatorPath, in the frame of its points. */
 struct OperatorPathSample {
-  Eigen::Vector3d position{Eigen::Vector3d::Zero()};  ///< m.
-  Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};  ///< m/s.
+  Eigen::Vector3d position{Eigen::Vector3d::Zero()};      ///< m.
+  Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};      ///< m/s.
   Eigen::Matrix3d rotation{Eigen::Matrix3d::Identity()};  ///< From the start.
 };
 

@@ -154,9 +154,9 @@ TEST_F(OperationalSpaceControllerTest, MotionIsDecoupledAndExact) {
     EXPECT_LT((TipAcceleration(input.model, output.torque) - expected).norm(),
               1e-7);
     EXPECT_LT((output.motion_force - expected.head<3>()).norm(), 1e-12);
-    EXPECT_LT((output.motion_moment - (Lambda(input) * expected).tail<3>())
-                  .norm(),
-              1e-7);
+    EXPECT_LT(
+        (output.motion_moment - (Lambda(input) * expected).tail<3>()).norm(),
+        1e-7);
     EXPECT_EQ(output.contact_force, Vector3d::Zero());
   }
 }
@@ -214,6 +214,7 @@ TEST_F(OperationalSpaceControllerTest, ContactForceIsCommanded) {
 }
 
 TEST_F(OperationalSpaceControllerTest, SelectionsSplitForceAndMotion) {
+  params_.unit_inertia_motion_moment = true;
   params_.passivity = false;
   params_.force_filter_cutoff = 0;
   const OperationalSpaceController dut(params_);

@@ -483,9 +483,10 @@ TEST(ScenarioTest, TheAngularFilterIsOffAndPartOfTheDualProxy) {
             "tiny.angular_filter.period: expected at least scene.time_step "
             "(0.001 s), got 0.0001");
   dut.angular_filter.filter.update_thresholds.force_high = 0.01;
-  EXPECT_EQ(InvalidArgument([&] { dut.Validate(); }),
-            "tiny.angular_filter.update_thresholds.force_high: expected a value "
-            "> force_low, got 0.01");
+  EXPECT_EQ(
+      InvalidArgument([&] { dut.Validate(); }),
+      "tiny.angular_filter.update_thresholds.force_high: expected a value "
+      "> force_low, got 0.01");
 }
 
 TEST(ScenarioTest, ReachableIsOverTheTableAndWithinTheDevicesWorkspace) {

@@ -45,6 +45,13 @@ def test_operator_path_params():
     np.testing.assert_allclose(velocity, [1.875, 0, 3.75])
     path = dp.OperatorPath(params.times, params.points, "minimum_jerk")
     assert path.params == params
+    np.testing.assert_array_equal(path.calc_rotation(0.5), np.eye(3))
+    turning = dp.OperatorPath(
+        params.times, params.points, rotations=[[0, 0], [0, 0], [0, np.pi]]
+    )
+    np.testing.assert_allclose(
+        turning.calc_rotation(0.5), [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15
+    )
     with pytest.raises(ValueError, match="read-only"):
         params.times[0] = 5
     with pytest.raises(ValueError, match=r"points: .*\(3, n\).*\(2, 3\)"):

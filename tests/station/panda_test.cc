@@ -496,6 +496,22 @@ TEST(PandaSceneTest, PressingReadsIntoTheSurface) {
   }
 }
 
+// Its corners share the stiffness.
+TEST(PandaSceneTest, AFlatToolPressesAsASphereDoes) {
+  PandaSceneParams params;
+  params.tool = Tool::kFlat;
+  const Vector3d target(0.45, 0.02, params.contact_height() - 0.008);
+  Bench dut(params, PandaModel().SolveInverseKinematics(target), true);
+  dut.Pull(1.5, [&](double) { return target; });
+  EXPECT_EQ(dut.num_contacts(), 4);
+  const double force = -dut.truth()(2);
+  EXPECT_GT(force, 6);
+  EXPECT_LT(force, 9);
+  EXPECT_EQ(dut.truth()(6), 1);
+  const double depth = params.contact_height() - dut.X_BE.p.z();
+  EXPECT_NEAR(force, params.contact_stiffness * depth, 0.02 * force);
+}
+
 TEST(PandaSceneTest, AnEdgeHasTwoNormals) {
   PandaSceneParams params;
   params.boxes = {MakeBox("wall", {0.6, 0, 0.2}, {0.1, 0.4, 0.2})};

@@ -168,8 +168,8 @@ TEST(TeleopStationTest, FlatToolIsPressedFlat) {
   EXPECT_NEAR(log.Signal<3>("contact_rotation_axis")(last, 2), -1, 1e-3);
   const Metrics metrics =
       ComputeMetrics(log, MakeMetricsParams(scenario), std::nullopt);
-  EXPECT_EQ(metrics.size(), MetricDescriptions().size() +
-                                AngularMetricDescriptions().size());
+  EXPECT_EQ(metrics.size(),
+            MetricDescriptions().size() + AngularMetricDescriptions().size());
 }
 
 TEST(TeleopStationTest, SameSeedSameLogOtherSeedAnother) {

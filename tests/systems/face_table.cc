@@ -243,8 +243,8 @@ std::unique_ptr<System<double>> MakeFace(const std::string& name) {
        }},
       {"RobotSideWithAngularFilter",
        [&p] {
-         return std::make_unique<RobotSideSystem>(
-             p.robot_side(p.filter.period), p.arm, p.q_start);
+         return std::make_unique<RobotSideSystem>(p.robot_side(p.filter.period),
+                                                  p.arm, p.q_start);
        }},
       {"HapticSide", [] { return std::make_unique<HapticSideSystem>(); }},
       {"HapticSideWithDevice", [&p] {

@@ -289,15 +289,14 @@ TEST(AlgorithmTest, RobotSide) {
 
 TEST(AlgorithmTest, RobotSideWithAngularFilter) {
   const FaceParams& params = GetFaceParams();
-  ExpectTheRobotSide("RobotSideWithAngularFilter",
-                     params.robot_side(params.filter.period),
-                     [](const RobotSideOutput& output) {
-                       const auto& means = output.angular_filter_means;
-                       EXPECT_NE(means.sensed_moment, Vector3d::Zero());
-                       return Concatenate(
-                           {means.sensed_moment, means.angular_velocity,
+  ExpectTheRobotSide(
+      "RobotSideWithAngularFilter", params.robot_side(params.filter.period),
+      [](const RobotSideOutput& output) {
+        const auto& means = output.angular_filter_means;
+        EXPECT_NE(means.sensed_moment, Vector3d::Zero());
+        return Concatenate({means.sensed_moment, means.angular_velocity,
                             means.motion_moment, means.contact_moment});
-                     });
+      });
 }
 
 TEST(AlgorithmTest, HapticSide) {

@@ -18,6 +18,7 @@ from dual_proxy.systems._face import (
     vector,
 )
 
+
 class ForceTorqueSensor(Face):
     """A wrist force/torque sensor: noise, bias, low-pass, tool weight removed.
 
