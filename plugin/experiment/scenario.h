@@ -108,6 +108,7 @@ struct AngularFilterParams {
   that is pressed with some newtons: on its edge the moment is 0.2 N m; that of
   friction, which blocks nothing, is a third of that and to stay below. */
   ForceSpaceParticleFilterParams filter{
+      .likelihood = Likelihood::kPaper,
       .update_thresholds = {0.08, 0.2, 0.02, 0.1},
       .resampling_thresholds = {0, 0.05, 0.02, 0.2}};
 
