@@ -108,5 +108,7 @@ def test_saved_run_has_it_all(run, tmp_path):
     pd.testing.assert_frame_equal(
         dp.load_log(tmp_path / "log.npz"), run.log, check_exact=True
     )
-    assert "rotation_axis_error_mean_deg" in report.read_text()
+    text = report.read_text()
+    assert "rotation_axis_error_mean_deg" in text
+    assert "<h2>Rotations</h2>" in text
     assert b"/moment_selection" in (tmp_path / "log.mcap").read_bytes()
