@@ -107,10 +107,7 @@ struct AngularFilterParams {
   /** N m for N, rad/s for m/s. The thresholds fit a tool some centimetres wide
   that is pressed with some newtons: on its edge the moment is 0.2 N m; that of
   friction, which blocks nothing, is a third of that and to stay below. */
-  ForceSpaceParticleFilterParams filter{
-      .likelihood = Likelihood::kPaper,
-      .update_thresholds = {0.08, 0.2, 0.02, 0.1},
-      .resampling_thresholds = {0, 0.05, 0.02, 0.2}};
+  ForceSpaceParticleFilterParams filter{MakeDefaults()};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const { filter.Validate(); }
@@ -120,6 +117,15 @@ struct AngularFilterParams {
   void Serialize(Archive* a) {
     a->Visit(MakeNameValue("enabled", &enabled));
     filter.Serialize(a);
+  }
+
+ private:
+  static ForceSpaceParticleFilterParams MakeDefaults() {
+    ForceSpaceParticleFilterParams params;
+    params.likelihood = Likelihood::kPaper;
+    params.update_thresholds = {0.08, 0.2, 0.02, 0.1};
+    params.resampling_thresholds = {0, 0.05, 0.02, 0.2};
+    return params;
   }
 };
 
