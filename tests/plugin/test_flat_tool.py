@@ -43,13 +43,13 @@ def test_one_direction_of_force_and_two_of_moment(run):
 def test_rotation_is_free_about_the_normal(run):
     axis = signal(run.log.loc[PRESSED], "contact_rotation_axis")
     assert np.abs(axis[np.any(axis != 0.0, axis=1), 2]).min() > 0.9999
-    assert run.metrics["rotation_axis_error_mean_deg"] < 10.0
+    assert run.metrics["rotation_axis_error_mean_deg"] < 12.0
     # Turning about it shows which axis it is.
     twisted = run.log.loc[TWISTED]
     assert signal(twisted, "robot_angular_velocity")[:, 2].mean() > 0.2
     omega_tau = signal(twisted, "moment_selection").reshape(-1, 3, 3)
     sine = np.linalg.norm(omega_tau[:, :, 2], axis=1)
-    assert np.degrees(np.arcsin(sine.mean())) < 8.0
+    assert np.degrees(np.arcsin(sine.mean())) < 10.0
 
 
 def test_the_tool_lies_flat_and_moments_stay_bounded(run):
