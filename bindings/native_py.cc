@@ -322,11 +322,13 @@ PYBIND11_MODULE(_native, m) {
       py::arg("builder"), py::arg("name"), py::arg("sensor_joint"));
   m.def(
       "add_ContactTruthSystem",
-      [](const py::object& builder, const std::string& name, int tool_body) {
-        Add<ContactTruthSystem>(builder, name,
-                                drake::multibody::BodyIndex(tool_body));
+      [](const py::object& builder, const std::string& name, int tool_body,
+         bool rotations) {
+        Add<ContactTruthSystem>(
+            builder, name, drake::multibody::BodyIndex(tool_body), rotations);
       },
-      py::arg("builder"), py::arg("name"), py::arg("tool_body"));
+      py::arg("builder"), py::arg("name"), py::arg("tool_body"),
+      py::arg("rotations"));
 }
 
 }  // namespace dual_proxy

@@ -14,6 +14,7 @@ import importlib
 from typing import TYPE_CHECKING
 
 from dual_proxy._core import (
+    AngularFilterParams,
     ArmModel,
     ArmModelParams,
     BoxParams,
@@ -130,6 +131,7 @@ if TYPE_CHECKING:
     from dual_proxy import station, systems
 
 __all__ = [
+    "AngularFilterParams",
     "ArmModel",
     "ArmModelParams",
     "BoxParams",

@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'saturate']
+__all__: list[str] = ['AngularFilterMeans', 'AngularFilterParams', 'ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -1831,157 +1831,6 @@ class ForceSpaceParticleFilter:
         """
         Number of updates carried out.
         """
-class ContactHistoryParams:
-    """
-    Parameters of ContactHistory.
-    """
-    __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('period', 'cell_size', 'capacity', 'radius', 'merge_angle', 'min_age', 'std_base', 'std_growth')
-    fields: typing.ClassVar[dict] = {'period': 's, > 0, time between updates, default 1/15', 'cell_size': 'm, 1e-4 to 1: edge of the cells in which normals are averaged, default 0.02', 'capacity': 'number of cells remembered, 1 to 1000000, default 1024', 'radius': 'm, 0 to 2 cell_size: how near a memory must be to count, default 0.02', 'merge_angle': 'rad, 0.01 to 1.5: normals within it are one contact, default 0.175', 'min_age': 's, >= 0: a cell that was left more recently does not count, default 2', 'std_base': 'rad, > 0: how uncertain a memory of this very point is, default 0.1', 'std_growth': 'rad/m, >= 0: what is added per distance from the memory, default 10'}
-    def __copy__(self) -> ContactHistoryParams:
-        ...
-    def __deepcopy__(self, memo: dict) -> ContactHistoryParams:
-        ...
-    def __eq__(self, arg0: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> dict:
-        ...
-    def __init__(self, **kwargs) -> None:
-        """
-        Keyword arguments are the fields; the rest have their defaults.
-        Raises TypeError for an unknown field, ValueError for a value out of range.
-        """
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, arg0: dict) -> None:
-        ...
-    def validate(self) -> None:
-        """
-        Raises ValueError naming the field, the range and the value.
-        """
-    @property
-    def capacity(self) -> int:
-        """
-        number of cells remembered, 1 to 1000000, default 1024
-        """
-    @capacity.setter
-    def capacity(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def cell_size(self) -> float:
-        """
-        m, 1e-4 to 1: edge of the cells in which normals are averaged, default 0.02
-        """
-    @cell_size.setter
-    def cell_size(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def merge_angle(self) -> float:
-        """
-        rad, 0.01 to 1.5: normals within it are one contact, default 0.175
-        """
-    @merge_angle.setter
-    def merge_angle(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def min_age(self) -> float:
-        """
-        s, >= 0: a cell that was left more recently does not count, default 2
-        """
-    @min_age.setter
-    def min_age(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def period(self) -> float:
-        """
-        s, > 0, time between updates, default 1/15
-        """
-    @period.setter
-    def period(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def radius(self) -> float:
-        """
-        m, 0 to 2 cell_size: how near a memory must be to count, default 0.02
-        """
-    @radius.setter
-    def radius(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def std_base(self) -> float:
-        """
-        rad, > 0: how uncertain a memory of this very point is, default 0.1
-        """
-    @std_base.setter
-    def std_base(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def std_growth(self) -> float:
-        """
-        rad/m, >= 0: what is added per distance from the memory, default 10
-        """
-    @std_growth.setter
-    def std_growth(self, arg1: typing.Any) -> None:
-        ...
-class ContactHistoryState:
-    """
-    What the history remembers.
-    """
-    def __copy__(self) -> ContactHistoryState:
-        ...
-    def __deepcopy__(self, memo: dict) -> ContactHistoryState:
-        ...
-    @property
-    def bad_inputs(self) -> int:
-        """
-        Number of updates refused.
-        """
-    @property
-    def updates(self) -> int:
-        """
-        Number of updates carried out.
-        """
-class ContactHistory:
-    """
-    Remembers which contact normals were believed where, so that a place visited again
-    gives them as a prior (section IV.C of the paper). Its state is made by make_state().
-    
-    A visit of a cell ends when the tool goes on to another, and gives its prior to later
-    visits, not to itself. Passing a place without contact notes and erases nothing.
-    """
-    def __init__(self, params: ContactHistoryParams = ...) -> None:
-        ...
-    def lookup(self, position: typing.Any, state: ContactHistoryState) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, n]"], float]:
-        """
-        What was believed near `position` (p_BE, (3,), m, in B) on earlier visits.
-        
-        Returns (normals, std): (3, k), k <= 8, unit normals in B, into the surface, of the
-        nearest memory first; and how uncertain the least sure of them is, rad.
-        """
-    def make_state(self) -> ContactHistoryState:
-        """
-        Nothing remembered.
-        """
-    def update(self, position: typing.Any, normals: typing.Any, state: ContactHistoryState) -> str:
-        """
-        Notes what is believed here.
-        
-        position: p_BE, (3,), m, in B: where the tool point is.
-        normals: (3, d), 0 <= d <= 8, in B, into the surface; normalised here.
-        Returns "ok" or "bad_input" (not finite, shorter than 1e-6, or a million cells away:
-        refused and counted, nothing else changes).
-        """
-    def update_from_selection(self, position: typing.Any, force_selection: typing.Any, force_direction: typing.Any, state: ContactHistoryState) -> str:
-        """
-        As update, from what the ports of the filter say.
-        
-        force_selection: Omega_f, (3, 3), in B.
-        force_direction: U1, (3,), in B; zero without contact.
-        Notes U1, and where Omega_f is of rank 2 also both directions across it in force space.
-        """
-    @property
-    def params(self) -> ContactHistoryParams:
-        ...
 class TimeDomainPassivityParams:
     """
     Parameters of TimeDomainPassivity; for moments N m s/rad instead of N s/m.
@@ -2319,8 +2168,8 @@ class OperationalSpaceControllerParams:
     Parameters of OperationalSpaceController.
     """
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('position_stiffness', 'position_damping', 'rotation_stiffness', 'rotation_damping', 'force_gain', 'force_integral_gain', 'force_damping', 'max_integral_force', 'moment_gain', 'moment_integral_gain', 'moment_damping', 'max_integral_moment', 'force_filter_cutoff', 'feed_forward', 'selection_blend_time', 'passivity', 'force_passivity', 'moment_passivity', 'unit_mass_motion_force', 'q_rest', 'posture_stiffness', 'posture_damping', 'max_mass', 'characteristic_length', 'torque_limit', 'torque_rate_limit', 'period')
-    fields: typing.ClassVar[dict] = {'position_stiffness': 'Kpm, 1/s^2, >= 0, default 500', 'position_damping': 'Kvm, 1/s, >= 0, default 40', 'rotation_stiffness': '1/s^2, >= 0, default 600', 'rotation_damping': '1/s, >= 0, default 38', 'force_gain': 'Kpf, >= 0, default 2.5', 'force_integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'force_damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': 'N, >= 0, default 10', 'moment_gain': '>= 0, default 2.5', 'moment_integral_gain': '1/s, >= 0, default 5.5', 'moment_damping': 'N m s/rad, >= 0, default 0.8', 'max_integral_moment': 'N m, >= 0, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100', 'feed_forward': "proxy's velocity and acceleration fed forward; false: as printed; default true", 'selection_blend_time': 's, >= 0; 0 switches at once, as printed; default 0.03', 'passivity': 'passivity controllers on; default true', 'force_passivity': 'of the force loop; its enabled and period are ignored', 'moment_passivity': 'of the moment loop; its enabled and period are ignored', 'unit_mass_motion_force': 'output motion_force is Lambda^-1 F_m; false: F_m as printed; default true', 'q_rest': '(7,), rad: posture in the null space', 'posture_stiffness': '1/s^2, >= 0, default 25', 'posture_damping': '1/s, >= 0, default 10', 'max_mass': 'kg, > 0: bound of the apparent mass, default 50', 'characteristic_length': 'm, > 0: turns inertia into mass for max_mass, default 0.2', 'torque_limit': '(7,), N m, > 0', 'torque_rate_limit': 'N m/s, > 0, default 1000', 'period': 's, > 0, default 0.001'}
+    _serialized_names: typing.ClassVar[tuple] = ('position_stiffness', 'position_damping', 'rotation_stiffness', 'rotation_damping', 'force_gain', 'force_integral_gain', 'force_damping', 'max_integral_force', 'moment_gain', 'moment_integral_gain', 'moment_damping', 'max_integral_moment', 'force_filter_cutoff', 'feed_forward', 'selection_blend_time', 'passivity', 'force_passivity', 'moment_passivity', 'unit_mass_motion_force', 'unit_inertia_motion_moment', 'q_rest', 'posture_stiffness', 'posture_damping', 'max_mass', 'characteristic_length', 'torque_limit', 'torque_rate_limit', 'period')
+    fields: typing.ClassVar[dict] = {'position_stiffness': 'Kpm, 1/s^2, >= 0, default 500', 'position_damping': 'Kvm, 1/s, >= 0, default 40', 'rotation_stiffness': '1/s^2, >= 0, default 600', 'rotation_damping': '1/s, >= 0, default 38', 'force_gain': 'Kpf, >= 0, default 2.5', 'force_integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'force_damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': 'N, >= 0, default 10', 'moment_gain': '>= 0, default 2.5', 'moment_integral_gain': '1/s, >= 0, default 5.5', 'moment_damping': 'N m s/rad, >= 0, default 0.8', 'max_integral_moment': 'N m, >= 0, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100', 'feed_forward': "proxy's velocity and acceleration fed forward; false: as printed; default true", 'selection_blend_time': 's, >= 0; 0 switches at once, as printed; default 0.03', 'passivity': 'passivity controllers on; default true', 'force_passivity': 'of the force loop; its enabled and period are ignored', 'moment_passivity': 'of the moment loop; its enabled and period are ignored', 'unit_mass_motion_force': 'output motion_force is Lambda^-1 F_m; false: F_m as printed; default true', 'unit_inertia_motion_moment': 'output motion_moment is the command of a unit inertia; false: M_m, N m; default false', 'q_rest': '(7,), rad: posture in the null space', 'posture_stiffness': '1/s^2, >= 0, default 25', 'posture_damping': '1/s, >= 0, default 10', 'max_mass': 'kg, > 0: bound of the apparent mass, default 50', 'characteristic_length': 'm, > 0: turns inertia into mass for max_mass, default 0.2', 'torque_limit': '(7,), N m, > 0', 'torque_rate_limit': 'N m/s, > 0, default 1000', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> OperationalSpaceControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperationalSpaceControllerParams:
@@ -2549,6 +2398,14 @@ class OperationalSpaceControllerParams:
         """
     @torque_rate_limit.setter
     def torque_rate_limit(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def unit_inertia_motion_moment(self) -> bool:
+        """
+        output motion_moment is the command of a unit inertia; false: M_m, N m; default false
+        """
+    @unit_inertia_motion_moment.setter
+    def unit_inertia_motion_moment(self, arg1: typing.Any) -> None:
         ...
     @property
     def unit_mass_motion_force(self) -> bool:
@@ -2871,7 +2728,7 @@ class OperatorPathParams:
     Parameters of OperatorPath: where the operator wants the tool or the handle, and when.
     """
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'times': '(n,), s, strictly increasing, n >= 1', 'points': '(3, n), m, one column per time, in B for the tool or D for the handle', 'interpolation': '"minimum_jerk", "linear" or "cubic" (recorded motion)'}
+    fields: typing.ClassVar[dict] = {'times': '(n,), s, strictly increasing, n >= 1', 'points': '(3, n), m, one column per time, in B for the tool or D for the handle', 'interpolation': '"minimum_jerk", "linear" or "cubic" (recorded motion)', 'rotations': '(3, n), rad, rotation vectors from the start, in the frame of `points`; or (3, 0): no rotation'}
     def __copy__(self) -> OperatorPathParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperatorPathParams:
@@ -2910,6 +2767,14 @@ class OperatorPathParams:
     def points(self, arg1: typing.Any) -> None:
         ...
     @property
+    def rotations(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (3, n), rad, rotation vectors from the start, in the frame of `points`; or (3, 0): no rotation
+        """
+    @rotations.setter
+    def rotations(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def times(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
         """
         (n,), s, strictly increasing, n >= 1
@@ -2926,13 +2791,17 @@ class OperatorPath:
     def __init__(self, params: OperatorPathParams = ...) -> None:
         ...
     @typing.overload
-    def __init__(self, times: typing.Any, points: typing.Any, interpolation: typing.Any = 'minimum_jerk') -> None:
+    def __init__(self, times: typing.Any, points: typing.Any, interpolation: typing.Any = 'minimum_jerk', rotations: typing.Any | None = None) -> None:
         """
-        times: (n,), s. points: (3, n), m.
+        times: (n,), s. points: (3, n), m. rotations: (3, n), rad, or (3, 0) for none.
         """
     def calc(self, time: typing.SupportsFloat | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]]:
         """
         Intended (position, velocity) at a time (s): (3,), m and (3,), m/s, in the frame of the points.
+        """
+    def calc_rotation(self, time: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        Intended rotation from the start, (3, 3).
         """
     @property
     def params(self) -> OperatorPathParams:
@@ -3734,7 +3603,7 @@ class RobotSideParams:
     Parameters of RobotSide; all `period` fields are the same.
     """
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'sender': 'PoseSenderParams', 'filter_period': "s, >= period: over which the filter's inputs are averaged, default 1/15"}
+    fields: typing.ClassVar[dict] = {'proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'sender': 'PoseSenderParams', 'filter_period': "s, >= period: over which the filter's inputs are averaged, default 1/15", 'angular_filter_period': 's, >= period: the same of the angular filter; 0, the default, is without one'}
     def __copy__(self) -> RobotSideParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideParams:
@@ -3756,6 +3625,14 @@ class RobotSideParams:
         """
         Raises ValueError naming the field, the range and the value.
         """
+    @property
+    def angular_filter_period(self) -> float:
+        """
+        s, >= period: the same of the angular filter; 0, the default, is without one
+        """
+    @angular_filter_period.setter
+    def angular_filter_period(self, arg1: typing.Any) -> None:
+        ...
     @property
     def controller(self) -> OperationalSpaceControllerParams:
         """
@@ -3816,6 +3693,34 @@ class FilterMeans:
         """
         v_BE, (3,), m/s
         """
+class AngularFilterMeans:
+    """
+    Inputs of the angular filter, in B; moments about E.
+    """
+    def __copy__(self) -> AngularFilterMeans:
+        ...
+    def __deepcopy__(self, memo: dict) -> AngularFilterMeans:
+        ...
+    @property
+    def angular_velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        w_BE, (3,), rad/s
+        """
+    @property
+    def contact_moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        M_f, (3,), N m
+        """
+    @property
+    def motion_moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        M_m, (3,), N m
+        """
+    @property
+    def sensed_moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        M_s, (3,), N m
+        """
 class RobotSideOutput:
     """
     Results of one cycle, in B.
@@ -3827,6 +3732,11 @@ class RobotSideOutput:
     def as_vector(self) -> numpy.typing.NDArray[numpy.float64]:
         """
         All signals as one flat float64 vector, by `output_layout()`.
+        """
+    @property
+    def angular_filter_means(self) -> AngularFilterMeans:
+        """
+        the same of the angular filter, zero without one
         """
     @property
     def bad_inputs(self) -> int:
@@ -4195,12 +4105,13 @@ class PandaSceneParams:
     """
     The simulated arm's surroundings and how contact is computed.
     """
+    CORNER_RADIUS: typing.ClassVar[float] = 0.005
     TIP_RADIUS: typing.ClassVar[float] = 0.01
     TOOL_COM_S: typing.ClassVar[tuple] = (0.0, 0.0, 0.035)
     TOOL_MASS: typing.ClassVar[float] = 0.2
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('table_height', 'table_center', 'table_size', 'boxes', 'friction', 'contact_stiffness', 'contact_dissipation', 'relaxation_time', 'contact_approximation', 'time_step', 'tool_mass', 'gravity', 'start_position')
-    fields: typing.ClassVar[dict] = {'table_height': "m, height of the table's top over B, in [1e-3, 1.5]; the table stands on z = 0; default 0.1", 'table_center': "(2,), m, x and y of the table's centre, default (0.5, 0)", 'table_size': '(2,), m, edge lengths along x and y, in [1e-3, 10], default (0.6, 0.8)', 'boxes': 'further BoxParams that the tool can touch (walls, steps)', 'friction': 'Coulomb coefficient between the tool and everything, in [0, 5], default 0.3', 'contact_stiffness': 'N/m, of tool and surface together, in [1, 1e8], default 3e4', 'contact_dissipation': 's/m, Hunt-Crossley coefficient d in f = k x (1 + d dx/dt), in [0, 1000]; for the approximations lagged and similar; default 10', 'relaxation_time': 's, linear dissipation in place of contact_dissipation for sap, in [0, 10], default 0.01', 'contact_approximation': '"lagged", "similar" or "sap": Drake\'s discrete contact approximation; the first two keep Coulomb\'s law without sap\'s gap of friction * time_step * slip; default "lagged"', 'time_step': "s, step of the plant, and period of both sides' control, in [1e-5, 1e-2], default 0.001", 'tool_mass': 'kg, of all that is beyond the flange, in [1e-3, 3]; the inertia scales with it; default 0.2', 'gravity': 'm/s^2, along -z of B, in [0, 100], default 9.81', 'start_position': '(3,), m, in B, of the tool point at time 0, in [-2, 2], default (0.45, 0, 0.18)'}
+    _serialized_names: typing.ClassVar[tuple] = ('table_height', 'table_center', 'table_size', 'boxes', 'friction', 'contact_stiffness', 'contact_dissipation', 'relaxation_time', 'contact_approximation', 'time_step', 'tool', 'tool_size', 'tool_mass', 'gravity', 'start_position')
+    fields: typing.ClassVar[dict] = {'table_height': "m, height of the table's top over B, in [1e-3, 1.5]; the table stands on z = 0; default 0.1", 'table_center': "(2,), m, x and y of the table's centre, default (0.5, 0)", 'table_size': '(2,), m, edge lengths along x and y, in [1e-3, 10], default (0.6, 0.8)', 'boxes': 'further BoxParams that the tool can touch (walls, steps)', 'friction': 'Coulomb coefficient between the tool and everything, in [0, 5], default 0.3', 'contact_stiffness': 'N/m, of tool and surface together, in [1, 1e8], default 3e4; the corners of a flat tool share it', 'contact_dissipation': 's/m, Hunt-Crossley coefficient d in f = k x (1 + d dx/dt), in [0, 1000]; for the approximations lagged and similar; default 10', 'relaxation_time': 's, linear dissipation in place of contact_dissipation for sap, in [0, 10], default 0.01', 'contact_approximation': '"lagged", "similar" or "sap": Drake\'s discrete contact approximation; the first two keep Coulomb\'s law without sap\'s gap of friction * time_step * slip; default "lagged"', 'time_step': "s, step of the plant, and period of both sides' control, in [1e-5, 1e-2], default 0.001", 'tool': '"sphere": a ball around E, or "flat": a square pad, E in the middle of its face, that touches with a small ball in each corner; default "sphere"', 'tool_size': 'm, between the corners of a flat tool along its edges, in [0.005, 0.2], default 0.06', 'tool_mass': 'kg, of all that is beyond the flange, in [1e-3, 3]; the inertia scales with it; default 0.2', 'gravity': 'm/s^2, along -z of B, in [0, 100], default 9.81', 'start_position': '(3,), m, in B, of the tool point at time 0, in [-2, 2], default (0.45, 0, 0.18)'}
     def __copy__(self) -> PandaSceneParams:
         ...
     def __deepcopy__(self, memo: dict) -> PandaSceneParams:
@@ -4221,6 +4132,10 @@ class PandaSceneParams:
     def all_boxes(self) -> tuple:
         """
         The table followed by `boxes`, as BoxParams.
+        """
+    def corners(self) -> tuple:
+        """
+        Centres of a flat tool's corners, four (3,), m, in E.
         """
     def validate(self) -> None:
         """
@@ -4253,12 +4168,12 @@ class PandaSceneParams:
     @property
     def contact_height(self) -> float:
         """
-        Height of the tool point when the tool touches the table, m.
+        Height of the tool point when the tool, pointing down, touches the table, m.
         """
     @property
     def contact_stiffness(self) -> float:
         """
-        N/m, of tool and surface together, in [1, 1e8], default 3e4
+        N/m, of tool and surface together, in [1, 1e8], default 3e4; the corners of a flat tool share it
         """
     @contact_stiffness.setter
     def contact_stiffness(self, arg1: typing.Any) -> None:
@@ -4328,12 +4243,28 @@ class PandaSceneParams:
     def time_step(self, arg1: typing.Any) -> None:
         ...
     @property
+    def tool(self) -> str:
+        """
+        "sphere": a ball around E, or "flat": a square pad, E in the middle of its face, that touches with a small ball in each corner; default "sphere"
+        """
+    @tool.setter
+    def tool(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def tool_mass(self) -> float:
         """
         kg, of all that is beyond the flange, in [1e-3, 3]; the inertia scales with it; default 0.2
         """
     @tool_mass.setter
     def tool_mass(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tool_size(self) -> float:
+        """
+        m, between the corners of a flat tool along its edges, in [0.005, 0.2], default 0.06
+        """
+    @tool_size.setter
+    def tool_size(self, arg1: typing.Any) -> None:
         ...
 class LinkParams:
     """
@@ -4402,8 +4333,8 @@ class Waypoint:
     A place to be at rest at a time.
     """
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('time', 'position')
-    fields: typing.ClassVar[dict] = {'time': 's, in [0, 3600]', 'position': '(3,), m, in B, in [-2, 2]'}
+    _serialized_names: typing.ClassVar[tuple] = ('time', 'position', 'rotation')
+    fields: typing.ClassVar[dict] = {'time': 's, in [0, 3600]', 'position': '(3,), m, in B, in [-2, 2]', 'rotation': '(3,), rad, in B, in [-pi, pi]: rotation vector of the tool from map.R_cw, default 0'}
     def __copy__(self) -> Waypoint:
         ...
     def __deepcopy__(self, memo: dict) -> Waypoint:
@@ -4432,6 +4363,14 @@ class Waypoint:
         """
     @position.setter
     def position(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def rotation(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), rad, in B, in [-pi, pi]: rotation vector of the tool from map.R_cw, default 0
+        """
+    @rotation.setter
+    def rotation(self, arg1: typing.Any) -> None:
         ...
     @property
     def time(self) -> float:
@@ -4493,6 +4432,51 @@ class OperatorParams:
     @waypoints.setter
     def waypoints(self, arg1: typing.Any) -> None:
         ...
+class AngularFilterParams:
+    """
+    The angular filter: a force-space particle filter of moments and angular
+    velocity. In a scenario the keys of `filter` stand directly in `angular_filter`.
+    """
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('enabled', 'num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles')
+    fields: typing.ClassVar[dict] = {'enabled': 'whether it runs, default false', 'filter': 'ForceSpaceParticleFilterParams, with N m for N and rad/s for m/s; thresholds by default (0.08, 0.2, 0.02, 0.1) for update, (0, 0.05, 0.02, 0.2) for resampling'}
+    def __copy__(self) -> AngularFilterParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> AngularFilterParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def enabled(self) -> bool:
+        """
+        whether it runs, default false
+        """
+    @enabled.setter
+    def enabled(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def filter(self) -> ForceSpaceParticleFilterParams:
+        """
+        ForceSpaceParticleFilterParams, with N m for N and rad/s for m/s; thresholds by default (0.08, 0.2, 0.02, 0.1) for update, (0, 0.05, 0.02, 0.2) for resampling
+        """
+    @filter.setter
+    def filter(self, arg1: typing.Any) -> None:
+        ...
 class Scenario:
     """
     The fields of a scenario. Use dual_proxy.Scenario, which adds mappings and YAML.
@@ -4500,8 +4484,8 @@ class Scenario:
     LAWS: typing.ClassVar[tuple] = ('default', 'printed')
     SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force')
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('description', 'robot', 'scheme', 'law', 'duration', 'extend_for_delay', 'seed', 'scene', 'map', 'link', 'robot_proxy', 'controller', 'filter', 'haptic_proxy', 'haptic_controller', 'position_force', 'device', 'sensor', 'operator', 'overrides')
-    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': '"panda"', 'scheme': '"dual_proxy" or "position_force", the two-channel baseline', 'law': '"default", this project\'s, or "printed", the paper\'s to the letter', 'duration': 's, in [0.001, 3600], default 20', 'extend_for_delay': "lengthen the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off; default true", 'seed': 'of everything random, >= 0, default 0', 'scene': 'PandaSceneParams', 'map': 'WorkspaceMapParams; its p_cw is a copy', 'link': 'LinkParams', 'robot_proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'filter': 'ForceSpaceParticleFilterParams', 'haptic_proxy': 'HapticSideProxyParams', 'haptic_controller': 'HapticControllerParams', 'position_force': 'PositionForceHapticSideParams', 'device': 'SimulatedHapticDeviceParams', 'sensor': 'ForceTorqueSensorParams', 'operator': 'OperatorParams'}
+    _serialized_names: typing.ClassVar[tuple] = ('description', 'robot', 'scheme', 'law', 'duration', 'extend_for_delay', 'seed', 'scene', 'map', 'link', 'robot_proxy', 'controller', 'filter', 'angular_filter', 'haptic_proxy', 'haptic_controller', 'position_force', 'device', 'sensor', 'operator', 'overrides')
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': '"panda"', 'scheme': '"dual_proxy" or "position_force", the two-channel baseline', 'law': '"default", this project\'s, or "printed", the paper\'s to the letter', 'duration': 's, in [0.001, 3600], default 20', 'extend_for_delay': "lengthen the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off; default true", 'seed': 'of everything random, >= 0, default 0', 'scene': 'PandaSceneParams', 'map': 'WorkspaceMapParams; its p_cw is a copy', 'link': 'LinkParams', 'robot_proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'filter': 'ForceSpaceParticleFilterParams', 'angular_filter': 'AngularFilterParams', 'haptic_proxy': 'HapticSideProxyParams', 'haptic_controller': 'HapticControllerParams', 'position_force': 'PositionForceHapticSideParams', 'device': 'SimulatedHapticDeviceParams', 'sensor': 'ForceTorqueSensorParams', 'operator': 'OperatorParams'}
     def __copy__(self) -> Scenario:
         ...
     def __deepcopy__(self, memo: dict) -> Scenario:
@@ -4523,10 +4507,11 @@ class Scenario:
         """
         Sets what `scheme` and `law` decide.
         """
-    def _calc_operator_path(self) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], bool]:
+    def _calc_operator_path(self) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], bool, typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]]:
         """
         Where the operator means the tool to go: times (n,), s; positions (n, 3), m, in B;
-        whether it is densely sampled. Raises ScenarioError if a recording cannot be read.
+        whether it is densely sampled; rotation vectors from map.R_cw, (n, 3), rad, in B, or (0, 3)
+        for none. Raises ScenarioError if a recording cannot be read.
         """
     def _read(self, mapping: dict) -> None:
         """
@@ -4540,7 +4525,7 @@ class Scenario:
     def calc_seed(self, stream: str) -> int:
         """
         The seed of a stream of random numbers, from `seed`: of the "filter", the "sensor", the
-        channels "to_robot" and "to_device".
+        channels "to_robot" and "to_device", the "angular_filter".
         """
     def reachable(self, points: typing.Any) -> typing.Annotated[numpy.typing.NDArray[numpy.bool], "[m, 1]"]:
         """
@@ -4558,6 +4543,14 @@ class Scenario:
         """
         Raises ValueError naming the field, the range and the value.
         """
+    @property
+    def angular_filter(self) -> AngularFilterParams:
+        """
+        AngularFilterParams
+        """
+    @angular_filter.setter
+    def angular_filter(self, arg1: typing.Any) -> None:
+        ...
     @property
     def controller(self) -> OperationalSpaceControllerParams:
         """
@@ -4622,6 +4615,11 @@ class Scenario:
     @haptic_proxy.setter
     def haptic_proxy(self, arg1: typing.Any) -> None:
         ...
+    @property
+    def has_angular_filter(self) -> bool:
+        """
+        Whether the angular filter runs: it is enabled, and the scheme has it.
+        """
     @property
     def law(self) -> str:
         """
@@ -4718,6 +4716,30 @@ class Scenario:
     @sensor.setter
     def sensor(self, arg1: typing.Any) -> None:
         ...
+class _RotationTruth:
+    """
+    Which rotations the true contacts of the tool block; see the C++ header.
+    """
+    def __init__(self) -> None:
+        ...
+    def add(self, p: typing.Any, normal: typing.Any) -> None:
+        """
+        Takes one more contact: (3,), m, and a unit vector, (3,), in B.
+        """
+    def calc_free_axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Unit vector, (3,), in B: the axis of free rotation if there is just one,
+        at dimension 2; zero otherwise.
+        """
+    @property
+    def dimension(self) -> int:
+        """
+        Number of directions that are blocked, 0 to 3.
+        """
+def _angular_metric_descriptions() -> list[tuple[str, str, str]]:
+    """
+    The same of those of the angular filter.
+    """
 def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], map: WorkspaceMapParams, delay: typing.SupportsFloat | typing.SupportsIndex, has_filter: bool, wall_s: typing.SupportsFloat | typing.SupportsIndex | None) -> list[tuple[str, None | bool | int | float]]:
     """
     [(key, value)] of every metric, in order.

@@ -53,8 +53,10 @@ void Serialize(Archive* a, PortRow* row) {
 template <typename Archive>
 void Serialize(Archive* a, FaceRow* row) {
   bool simulated{};
+  bool angular{};
   a->Visit(MakeNameValue("class", &row->class_name));
   a->Visit(MakeNameValue("simulated", &simulated));
+  a->Visit(MakeNameValue("angular", &angular));
   a->Visit(MakeNameValue("inputs", &row->inputs));
   a->Visit(MakeNameValue("outputs", &row->outputs));
 }
@@ -63,6 +65,7 @@ template <typename Archive>
 void Serialize(Archive* a, OperatorPathParams* params) {
   a->Visit(MakeNameValue("times", &params->times));
   a->Visit(MakeNameValue("points", &params->points));
+  a->Visit(MakeNameValue("rotations", &params->rotations));
 }
 
 template <typename Archive>
@@ -166,9 +169,10 @@ RobotSideProxyParams FaceParams::robot_side_proxy() const {
   return params;
 }
 
-RobotSideParams FaceParams::robot_side() const {
+RobotSideParams FaceParams::robot_side(double angular_filter_period) const {
   RobotSideParams params;
   params.proxy = robot_side_proxy();
+  params.angular_filter_period = angular_filter_period;
   return params;
 }
 
@@ -240,6 +244,11 @@ std::unique_ptr<System<double>> MakeFace(const std::string& name) {
        [&p] {
          return std::make_unique<RobotSideSystem>(
              p.robot_side(), p.arm, p.q_start, p.robot_side_sensor());
+       }},
+      {"RobotSideWithAngularFilter",
+       [&p] {
+         return std::make_unique<RobotSideSystem>(p.robot_side(p.filter.period),
+                                                  p.arm, p.q_start);
        }},
       {"HapticSide", [] { return std::make_unique<HapticSideSystem>(); }},
       {"HapticSideWithDevice", [&p] {

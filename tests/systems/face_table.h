@@ -75,7 +75,7 @@ struct FaceParams {
   }
   /** Parameters with the map. */
   RobotSideProxyParams robot_side_proxy() const;
-  RobotSideParams robot_side() const;
+  RobotSideParams robot_side(double angular_filter_period = 0) const;
 };
 
 const FaceParams& GetFaceParams();

@@ -41,8 +41,8 @@ def robot_proxy_params():
     return params
 
 
-def robot_side_params():
-    params = _core.RobotSideParams()
+def robot_side_params(angular_filter_period=0.0):
+    params = _core.RobotSideParams(angular_filter_period=angular_filter_period)
     params.proxy = robot_proxy_params()
     return params
 
@@ -195,6 +195,7 @@ class Entry:
     inputs: list[Port]
     outputs: list[Port]
     simulated: bool
+    angular: bool
     make: Callable[[], LeafSystem]
     sources: dict[str, Callable[[float], Any]]
 
@@ -328,6 +329,18 @@ _MADE_AND_FED = {
             "moment_selection": no_selection,
         },
     ),
+    "RobotSideWithAngularFilter": (
+        lambda: systems.RobotSide(
+            robot_side_params(PARAMS["filter"]["period"]), panda(), Q_START
+        ),
+        {
+            "haptic_message": pose_message,
+            "robot_state": robot_state,
+            "sensed_wrench": wrench,
+            "force_selection": selection,
+            "moment_selection": selection,
+        },
+    ),
     "HapticSide": (
         lambda: systems.HapticSide(),
         {
@@ -352,6 +365,7 @@ def _load():
             inputs=[Port(**port) for port in row["inputs"]],
             outputs=[Port(**port) for port in row["outputs"]],
             simulated=row.get("simulated", False),
+            angular=row.get("angular", False),
             make=make,
             sources=sources,
         )

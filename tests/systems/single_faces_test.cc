@@ -266,7 +266,7 @@ TEST(AlgorithmTest, SimulatedHapticDevice) {
   ExpectTheAlgorithm(
       "SimulatedHapticDevice", [&](double time, const FlatInputs& in) {
         const OperatorPathSample sample = path.Calc(time);
-        algorithm.Update({.p = sample.position, .R = Matrix3d::Identity()},
+        algorithm.Update({.p = sample.position, .R = sample.rotation},
                          sample.velocity, in.at("device_wrench"), &state);
         return Concatenate(
             {Flatten(state.read_pose), state.read_velocity, state.intended.p});
@@ -274,11 +274,15 @@ TEST(AlgorithmTest, SimulatedHapticDevice) {
   EXPECT_GT(state.read_pose.p.norm(), 1e-4);
 }
 
-TEST(AlgorithmTest, RobotSide) {
-  const RobotSide algorithm(GetFaceParams().robot_side());
+// Compares a RobotSide with the algorithm; `and_more` is what its ports show at
+// the end.
+void ExpectTheRobotSide(
+    const std::string& face, const RobotSideParams& params,
+    const std::function<VectorXd(const RobotSideOutput&)>& and_more) {
+  const RobotSide algorithm(params);
   const ArmModel arm(GetFaceParams().arm);
   RobotSideState state = algorithm.MakeState();
-  ExpectTheAlgorithm("RobotSide", [&](double time, const FlatInputs& in) {
+  ExpectTheAlgorithm(face, [&](double time, const FlatInputs& in) {
     RobotSideInput input;
     input.message = PoseMessageFromFlat(in.at("haptic_message"));
     input.q = in.at("robot_state").head<7>();
@@ -295,9 +299,26 @@ TEST(AlgorithmTest, RobotSide) {
     return Concatenate({signals, output.controller.torque, Flatten(output.X_BE),
                         Flatten(output.message), Flatten(output.force_message),
                         means.sensed_force, means.velocity, means.motion_force,
-                        means.contact_force});
+                        means.contact_force, and_more(output)});
   });
   EXPECT_GT(state.output.bad_inputs, 0);
+}
+
+TEST(AlgorithmTest, RobotSide) {
+  ExpectTheRobotSide("RobotSide", GetFaceParams().robot_side(),
+                     [](const RobotSideOutput&) { return VectorXd(0); });
+}
+
+TEST(AlgorithmTest, RobotSideWithAngularFilter) {
+  const FaceParams& params = GetFaceParams();
+  ExpectTheRobotSide(
+      "RobotSideWithAngularFilter", params.robot_side(params.filter.period),
+      [](const RobotSideOutput& output) {
+        const auto& means = output.angular_filter_means;
+        EXPECT_NE(means.sensed_moment, Vector3d::Zero());
+        return Concatenate({means.sensed_moment, means.angular_velocity,
+                            means.motion_moment, means.contact_moment});
+      });
 }
 
 TEST(AlgorithmTest, HapticSide) {

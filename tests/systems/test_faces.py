@@ -99,19 +99,21 @@ def test_public_ports_come_first(name):
         assert public == sorted(public, reverse=True)
 
 
-def listed_ports(block, simulated):
-    """The ports of a part of a docstring, with simulated hardware or without."""
+def listed_ports(block, entry):
+    """The ports of a part of a docstring that the entry's mode has."""
     ports = []
-    mode = None
+    there = True
     for item in re.split(r"^ *- ", block, flags=re.MULTILINE)[1:]:
         text = " ".join(item.replace("#", " ").split())
         if "(only with a simulated" in text:
-            mode = True
+            there = entry.simulated
         elif "(not with a simulated" in text:
-            mode = False
+            there = not entry.simulated
+        elif "(only with an angular filter" in text:
+            there = entry.angular
         elif "(likewise)" not in text:
-            mode = None
-        if mode in (None, simulated):
+            there = True
+        if there:
             ports.append(text.split()[0])
     return ports
 
@@ -121,7 +123,7 @@ def check_documented_ports(text, system, entry):
     inputs, outputs = block.group(1).split("output_ports:")
     for part, expected in ((inputs, entry.inputs), (outputs, entry.outputs)):
         names = [port.name for port in expected]
-        assert listed_ports(part, entry.simulated) == names
+        assert listed_ports(part, entry) == names
 
 
 @every_face
@@ -169,7 +171,11 @@ def test_every_face_is_in_the_table():
 
 def test_a_side_with_simulated_hardware_is_in_the_table_both_ways():
     for cls in ("RobotSide", "HapticSide"):
-        modes = [entry.simulated for entry in FACES.values() if entry.cls == cls]
+        modes = [
+            entry.simulated
+            for entry in FACES.values()
+            if entry.cls == cls and not entry.angular
+        ]
         assert sorted(modes) == [False, True]
 
 
