@@ -14,6 +14,13 @@ constexpr double kStep = kFilterTrialStep;
 constexpr double kMaxReferenceChange = 50 * kStep;  // N per control period.
 constexpr double kForceDamping = 60;                // N s/m, in force space.
 
+using Normals = Eigen::Matrix<double, 3, ContactScene::kMaxSurfaces>;
+using Forces = Eigen::Matrix<double, ContactScene::kMaxSurfaces, 1>;
+
+// Of coordinate descent over the surfaces: two at 70 deg come closer to the
+// solution by 0.12 with each.
+constexpr int kSweeps = 20;
+
 }  // namespace
 
 FilterTrialPointRobot::FilterTrialPointRobot(const FilterTrialSetting& setting,
@@ -59,36 +66,63 @@ FilterTrialKinematicTool::FilterTrialKinematicTool(
   }
 }
 
-Vector3d FilterTrialKinematicTool::MoveOutside(const Vector3d& goal) const {
-  // Out of one after the other; in a corner it comes closer with every sweep.
-  Vector3d position = goal;
-  for (int sweep = 0; sweep < 20; ++sweep) {
-    for (const ContactSurface& surface : surfaces_) {
-      const SurfaceContact touch =
-          surface.Calc(position, Vector3d::Zero(), tool_radius_);
+Vector3d FilterTrialKinematicTool::CalcPosition(const Vector3d& goal) const {
+  // The nearest place to the goal that is outside of the tangent planes at the
+  // last estimate; from where the tool was, as it goes round edges.
+  Vector3d position = position_;
+  for (int iteration = 0; iteration < 5; ++iteration) {
+    Normals normals;
+    Forces offsets;  // m: of the planes from the origin, along the normals.
+    for (int i = 0; i < num_surfaces(); ++i) {
+      const SurfaceContact touch = CalcTouch(i, position);
+      normals.col(i) = touch.normal;
+      offsets(i) = touch.normal.dot(position) - touch.penetration;
+    }
+    position = goal;
+    Forces depths = Forces::Zero();
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      for (int i = 0; i < num_surfaces(); ++i) {
+        const double more =
+            std::max(-depths(i), normals.col(i).dot(position) - offsets(i));
+        depths(i) += more;
+        position -= more * normals.col(i);
+      }
+    }
+  }
+  constexpr double kMaxStep = 1.0 * kStep;  // m
+  const Vector3d step = position - position_;
+  if (step.norm() <= kMaxStep) return position;
+  // Over an edge, say, where the spring lets go.
+  position = position_ + kMaxStep / step.norm() * step;
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    for (int i = 0; i < num_surfaces(); ++i) {
+      const SurfaceContact touch = CalcTouch(i, position);
       position -= std::max(0.0, touch.penetration) * touch.normal;
     }
   }
   return position;
 }
 
+SurfaceContact FilterTrialKinematicTool::CalcTouch(
+    int surface, const Vector3d& position) const {
+  return surfaces_[static_cast<std::size_t>(surface)].Calc(
+      position, Vector3d::Zero(), tool_radius_);
+}
+
 SceneContact FilterTrialKinematicTool::CalcContact(const Vector3d& push) const {
   SceneContact contact;
-  Eigen::Matrix<double, 3, ContactScene::kMaxSurfaces> normals;
+  Normals normals;
   int count = 0;
-  for (const ContactSurface& surface : surfaces_) {
-    const SurfaceContact touch =
-        surface.Calc(position_ + 1e-6 * push, Vector3d::Zero(), tool_radius_);
+  for (int i = 0; i < num_surfaces(); ++i) {
+    const SurfaceContact touch = CalcTouch(i, position_ + 1e-6 * push);
     if (touch.penetration > -1e-6 && touch.normal.dot(push) > 0) {
       normals.col(count++) = touch.normal;
     }
   }
-  // Normal forces, none negative, that together come closest to the push:
-  // coordinate descent.
-  Eigen::Matrix<double, ContactScene::kMaxSurfaces, 1> forces;
-  forces.setZero();
+  // The normal forces, none negative, that together come closest to the push.
+  Forces forces = Forces::Zero();
   Vector3d rest = push;
-  for (int sweep = 0; sweep < 100; ++sweep) {
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
     for (int i = 0; i < count; ++i) {
       const double more = std::max(-forces(i), normals.col(i).dot(rest));
       forces(i) += more;
@@ -109,7 +143,7 @@ SceneContact FilterTrialKinematicTool::CalcContact(const Vector3d& push) const {
 
 FilterTrialTick FilterTrialKinematicTool::Update(const Vector3d& goal) {
   FilterTrialTick tick;
-  const Vector3d position = MoveOutside(goal);
+  const Vector3d position = CalcPosition(goal);
   tick.velocity = (position - position_) / kStep;
   position_ = position;
   tick.contact = CalcContact(kFilterTrialStiffness * (goal - position));

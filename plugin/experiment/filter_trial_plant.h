@@ -48,7 +48,8 @@ class FilterTrialPointRobot {
 };
 
 /** A tool without dynamics: where the path runs inside a surface, the tool is
-on it, and presses as the spring to the path does. */
+where the spring to the path is at rest, and presses as that does. It moves by
+no more than 1 m/s. */
 class FilterTrialKinematicTool {
  public:
   explicit FilterTrialKinematicTool(const FilterTrialSetting& setting);
@@ -57,7 +58,9 @@ class FilterTrialKinematicTool {
   FilterTrialTick Update(const Eigen::Vector3d& goal);
 
  private:
-  Eigen::Vector3d MoveOutside(const Eigen::Vector3d& goal) const;
+  int num_surfaces() const { return static_cast<int>(surfaces_.size()); }
+  SurfaceContact CalcTouch(int surface, const Eigen::Vector3d& position) const;
+  Eigen::Vector3d CalcPosition(const Eigen::Vector3d& goal) const;
   SceneContact CalcContact(const Eigen::Vector3d& push) const;
 
   std::vector<ContactSurface> surfaces_;

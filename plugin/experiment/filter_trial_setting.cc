@@ -27,12 +27,9 @@ class Path {
   /** Minimum jerk to `goal`, `speed` on average. */
   void MoveTo(const Vector3d& goal, double speed) {
     const Vector3d start = end();
-    const int steps = CountSteps((goal - start).norm(), speed);
-    for (int i = 1; i <= steps; ++i) {
-      const double s = static_cast<double>(i) / steps;
-      points_.emplace_back(start + s * s * s * (10 + s * (6 * s - 15)) *
-                                       (goal - start));
-    }
+    MoveAlong((goal - start).norm(), speed, [&](double u) -> Vector3d {
+      return start + u * u * u * (10 + u * (6 * u - 15)) * (goal - start);
+    });
   }
 
   void Hold(double time) {
@@ -45,20 +42,34 @@ class Path {
   void Turn(double radius, double goal, double along, double speed) {
     const Vector3d start = end();
     const double begin = std::atan2(start.y(), start.z());
-    const int steps =
-        CountSteps(std::hypot((goal - begin) * radius, along), speed);
-    for (int i = 1; i <= steps; ++i) {
-      const double u = static_cast<double>(i) / steps;
+    MoveAlong(std::hypot((goal - begin) * radius, along), speed, [&](double u) {
       const double s = u * u * (3 - 2 * u);
       const double angle = begin + s * (goal - begin);
-      points_.emplace_back(start.x() + s * along, radius * std::sin(angle),
-                           radius * std::cos(angle));
-    }
+      return Vector3d(start.x() + s * along, radius * std::sin(angle),
+                      radius * std::cos(angle));
+    });
+  }
+
+  /** By a quarter of a circle about `centre`, over its edge along y: from -x
+  of it to +z. */
+  void TurnOverEdge(const Vector3d& centre, double speed) {
+    const double radius = (end() - centre).norm();
+    constexpr double kQuarter = std::numbers::pi / 2;
+    MoveAlong(kQuarter * radius, speed, [&](double u) -> Vector3d {
+      return centre + radius * Vector3d(-std::cos(kQuarter * u), 0,
+                                        std::sin(kQuarter * u));
+    });
   }
 
  private:
-  static int CountSteps(double length, double speed) {
-    return std::max(1, static_cast<int>(std::ceil(length / speed / kStep)));
+  /** `point(u)` for u from 0 to 1 in as many steps as `length` (m) takes. */
+  template <typename Point>
+  void MoveAlong(double length, double speed, Point point) {
+    const int steps =
+        std::max(1, static_cast<int>(std::ceil(length / speed / kStep)));
+    for (int i = 1; i <= steps; ++i) {
+      points_.push_back(point(static_cast<double>(i) / steps));
+    }
   }
 
   std::vector<Vector3d> points_;
@@ -259,7 +270,14 @@ class SettingMaker {
     path_.Hold(0.5 * params_.hold_time);
     path_.MoveTo({x, 0.02 + speed_, low_}, speed_);
     path_.MoveTo({x, 0.02, low_}, speed_);
-    path_.MoveTo({x, 0.02, height + low_}, speed_);
+    // Over the edge the tool rolls rather than slips if it presses by less than
+    // its radius.
+    const Vector3d edge{0.06, 0.02, height};
+    path_.MoveTo(edge - Vector3d(std::max(low_, 0.5 * radius_), 0, 0), speed_);
+    path_.TurnOverEdge(edge, 0.5 * speed_);
+    // Up once more, for the robot that friction has left behind.
+    path_.MoveTo(path_.end() + Vector3d(0, 0, 0.03), speed_);
+    path_.Hold(0.3);
     path_.MoveTo({x + 0.08, 0.04, height + low_}, speed_);
     path_.Hold(0.3);
     Leave({x + 0.08, 0.04, height + high_});
