@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'saturate']
+__all__: list[str] = ['ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -4567,6 +4567,254 @@ class Scenario:
     @sensor.setter
     def sensor(self, arg1: typing.Any) -> None:
         ...
+class FilterTrialParams:
+    """
+    Parameters of run_filter_trial(). `seed` decides what is not here: the scene's
+    orientation, details of the path, stiffness of contact and controller, the tool's
+    radius, the noise, and when the first update is.
+    """
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'scene': '"free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing" or "soft", default "plane"', 'drive': '"closed_loop" (point robot with the filter\'s selections), "true_selection" (with the true ones, 20 ms late) or "kinematic" (no dynamics), default "closed_loop"', 'friction': 'mu, 0 to 2, default 0.3', 'speed': 'm/s, > 0: of sliding, default 0.05', 'force': 'N, > 0: of pressing, default 6', 'force_noise': "N, >= 0: std per axis on each update's mean, default 0.2", 'velocity_noise': 'm/s, >= 0: likewise, default 0.0005', 'hold_time': 's, >= 0: of pressing still, default 0.7', 'seed': '>= 0, default 0'}
+    def __copy__(self) -> FilterTrialParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> FilterTrialParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def drive(self) -> str:
+        """
+        "closed_loop" (point robot with the filter's selections), "true_selection" (with the true ones, 20 ms late) or "kinematic" (no dynamics), default "closed_loop"
+        """
+    @drive.setter
+    def drive(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force(self) -> float:
+        """
+        N, > 0: of pressing, default 6
+        """
+    @force.setter
+    def force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_noise(self) -> float:
+        """
+        N, >= 0: std per axis on each update's mean, default 0.2
+        """
+    @force_noise.setter
+    def force_noise(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def friction(self) -> float:
+        """
+        mu, 0 to 2, default 0.3
+        """
+    @friction.setter
+    def friction(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def hold_time(self) -> float:
+        """
+        s, >= 0: of pressing still, default 0.7
+        """
+    @hold_time.setter
+    def hold_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def scene(self) -> str:
+        """
+        "free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing" or "soft", default "plane"
+        """
+    @scene.setter
+    def scene(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def seed(self) -> int:
+        """
+        >= 0, default 0
+        """
+    @seed.setter
+    def seed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def speed(self) -> float:
+        """
+        m/s, > 0: of sliding, default 0.05
+        """
+    @speed.setter
+    def speed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def velocity_noise(self) -> float:
+        """
+        m/s, >= 0: likewise, default 0.0005
+        """
+    @velocity_noise.setter
+    def velocity_noise(self, arg1: typing.Any) -> None:
+        ...
+class FilterTrial:
+    """
+    A trial that was run: arrays of one row per update of the filter, in B.
+    """
+    def __len__(self) -> int:
+        ...
+    @property
+    def contact_force(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        F_f, (n, 3), N: likewise.
+        """
+    @property
+    def contacts(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k, 2), s: begin and end of each true contact of 0.5 N or more; infinity if it
+        outlasts the trial. Gaps below 50 ms are none.
+        """
+    @property
+    def dimension(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n,): the filter's.
+        """
+    @property
+    def direction_error(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n,), rad, 0 to pi/2: between the filter's axis (U1, or U3 at dimension 2) and the
+        true one where the dimensions agree; else between true_normal and the force space;
+        NaN where filter or truth has no contact.
+        """
+    @property
+    def motion_force(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        F_m, (n, 3), N: the filter's input, mean over the period.
+        """
+    @property
+    def second_walls(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k, 2), s: likewise, of a second independent normal force.
+        """
+    @property
+    def sensed_force(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        F_s, (n, 3), N: the filter's input, mean over the period with noise.
+        """
+    @property
+    def singular_vectors(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        U, (n, 3, 3), vectors as columns: the filter's.
+        """
+    @property
+    def time(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n,), s: end of the period.
+        """
+    @property
+    def touched(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n,) bool: whether the tool touched anything in the period.
+        """
+    @property
+    def true_axis(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n, 3): of dimension 1 the normal, of 2 the axis of free motion; else zero.
+        """
+    @property
+    def true_dimension(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n,): at the end of the period, as all that is true.
+        """
+    @property
+    def true_force(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n, 3), N: of the robot on the scene, with friction.
+        """
+    @property
+    def true_normal(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n, 3): along the sum of the normal forces, unit, INTO the surface, or zero.
+        """
+    @property
+    def velocity(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        v_BE, (n, 3), m/s: likewise.
+        """
+class FilterTrialMetrics:
+    """
+    What one or more trials come to. Samples count as contact from a true force of
+    0.5 N at their end.
+    """
+    def __init__(self) -> None:
+        ...
+    def add(self, trial: FilterTrial) -> None:
+        """
+        Adds a trial.
+        """
+    @property
+    def axis_error(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k,), deg: of these, where both dimensions are 2.
+        """
+    @property
+    def contact_samples(self) -> int:
+        """
+        Number of updates in contact.
+        """
+    @property
+    def detection_latency(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k,), s: from each contact to the update that shows it; infinity if it was over
+        before, and left out if it was over within 100 ms.
+        """
+    @property
+    def dimension_changes(self) -> int:
+        """
+        Number of changes of the filter's dimension.
+        """
+    @property
+    def direction_error(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k,), deg: of contact samples where the filter has a contact.
+        """
+    @property
+    def false_contact_samples(self) -> int:
+        """
+        Number of updates with a contact though nothing was touched, neither in the
+        period nor since the filter last had none.
+        """
+    @property
+    def loss_latency(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k,), s: likewise, from each contact's end to dimension 0.
+        """
+    @property
+    def right_dimension_samples(self) -> int:
+        """
+        Of those, with the true dimension.
+        """
+    @property
+    def samples(self) -> int:
+        """
+        Number of updates.
+        """
+    @property
+    def second_latency(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k,), s: likewise, from each second wall to dimension 2.
+        """
 def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], map: WorkspaceMapParams, delay: typing.SupportsFloat | typing.SupportsIndex, has_filter: bool, wall_s: typing.SupportsFloat | typing.SupportsIndex | None) -> list[tuple[str, None | bool | int | float]]:
     """
     [(key, value)] of every metric, in order.
@@ -4576,6 +4824,10 @@ def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float6
 def _map_device_positions(map: WorkspaceMapParams, x_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
     (n, 3), m, from D to B.
+    """
+def _measure_filter_cost(trial: FilterTrial, filter: ForceSpaceParticleFilterParams, seed: typing.SupportsInt | typing.SupportsIndex, repeats: typing.SupportsInt | typing.SupportsIndex) -> float:
+    """
+    us of the filter's updates per second of the trial, median of repeats.
     """
 def _metric_descriptions() -> list[tuple[str, str, str]]:
     """
@@ -4606,8 +4858,18 @@ def rate_limit(previous: typing.Any, target: typing.Any, max_step: typing.Suppor
     """
     The vector (3,) nearest to `target` within `max_step` (norm) of `previous`.
     """
+def run_filter_trial(params: FilterTrialParams = ..., filter: ForceSpaceParticleFilterParams = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0) -> FilterTrial:
+    """
+    Runs a filter, seeded with `seed`, along a trial: a simulated tool on analytic
+    surfaces, controlled at 1 kHz. The same arguments give the same bits.
+    
+    Raises ValueError for an invalid parameter or a filter's period below 1 ms.
+    """
 def saturate(value: typing.Any, max_norm: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
     """
     `value` (3,) shortened to `max_norm` if it is longer.
     """
+_FILTER_TRIAL_DRIVES: tuple = ('closed_loop', 'true_selection', 'kinematic')
+_FILTER_TRIAL_SCENES: tuple = ('free', 'plane', 'cylinder', 'inner_corner', 'step_edge', 'still', 'grazing', 'soft')
+_LIKELIHOODS: tuple = ('paper')
 _RECORDING_MOVE_TIME: float = 2.0
