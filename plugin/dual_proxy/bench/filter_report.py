@@ -256,7 +256,7 @@ def draw(results: Results, path: Path) -> None:
     for axis, key, label in (
         (axes[0], "direction_error_mean_deg", "direction error, mean, deg"),
         (axes[1], "dimension_right", "dimension wrong, share"),
-        (axes[2], "second_p95_ms", "second wall found, 95 %, ms"),
+        (axes[2], "second_mean_ms", "second wall, mean of those found, ms"),
     ):
         for number, likelihood in enumerate(
             dict.fromkeys(row["likelihood"] for row in rows)
