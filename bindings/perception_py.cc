@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <numbers>
 #include <optional>
 
 #include "dual_proxy/perception/force_space_particle_filter.h"
@@ -27,6 +28,8 @@ constexpr const char* kUpdateDoc =
 constexpr const char* kPriorDoc =
     "Replaces the expected normals, which hold until they are replaced.\n\n"
     "normals: (3, k), 0 <= k <= 8, in B, into the surface; normalised here.\n"
+    "std: rad, in (0, pi], how sure they are (standard deviation per axis); "
+    "params.prior_std\nif None.\n"
     "Raises ValueError unless all are finite and longer than epsilon.";
 
 /** Algorithm and state in one, for scripts. */
@@ -73,12 +76,17 @@ std::optional<Eigen::Matrix3Xd> PriorFromArray(
 }
 
 void SetPrior(const Algorithm& algorithm, const py::object& normals,
-              State* state) {
+              std::optional<double> std, State* state) {
   const char* expected = "(3, k) with k <= 8";
   const auto array = AsArray(normals, "normals", expected);
   const auto matrix = PriorFromArray(array);
   if (!matrix) ThrowShape("normals", expected, array);
-  if (algorithm.SetPrior(*matrix, state) != FilterStatus::kOk) {
+  if (std && !(*std > 0 && *std <= std::numbers::pi)) {
+    throw py::value_error("std: expected a number in (0, pi], got " +
+                          py::repr(py::float_(*std)).cast<std::string>());
+  }
+  if (algorithm.SetPrior(*matrix, std.value_or(algorithm.params().prior_std),
+                         state) != FilterStatus::kOk) {
     throw py::value_error(
         "normals: expected finite vectors longer than epsilon, got " +
         py::repr(array).cast<std::string>());
@@ -125,6 +133,12 @@ void DefResult(py::class_<Class>* cls, GetState get) {
         return get(self).prior.leftCols(get(self).num_priors);
       },
       "(3, k), unit vectors in B: the expected normals.");
+  def("direction_uncertainty", &State::direction_uncertainty,
+      "rad: the true direction is within this angle with 95 %: U1 at dimension "
+      "1, U3 at 2.\npi/2 at 0 and with likelihood \"paper\"; 0 at 3.");
+  def("dimension_confidence", &State::dimension_confidence,
+      "0 to 1: the probability that the dimension is right; 0 with likelihood "
+      "\"paper\".");
   def("updates", &State::updates, "Number of updates carried out.");
   def("all_weights_zero", &State::all_weights_zero,
       "Number of updates in which nothing was likely.");
@@ -150,6 +164,35 @@ void BindPerception(py::module_& m) {
              "v_h, m/s, > velocity_low: above it a contact is ruled out, "
              "default 0.01");
 
+  BindParams<FrictionConeParams>(m, "FrictionConeParams",
+                                 "What likelihood \"friction_cone\" knows of "
+                                 "sensors and surfaces; nothing "
+                                 "is per update.")
+      .Field("force_noise", &FrictionConeParams::force_noise,
+             "sigma_f, N, > 0, of one input per axis, default 0.25")
+      .Field("velocity_noise", &FrictionConeParams::velocity_noise,
+             "sigma_v, m/s, > 0, likewise, default 0.0015")
+      .Field("sliding_speed", &FrictionConeParams::sliding_speed,
+             "m/s, > 0: half of it sticks, 1.5 times it slides, default 0.004")
+      .Field("max_friction", &FrictionConeParams::max_friction,
+             "mu, > 0, the most that is thought of, default 0.7")
+      .Field("contact_force", &FrictionConeParams::contact_force,
+             "N, > 0: a larger force speaks for a contact, default 0.6")
+      .Field("loss_force", &FrictionConeParams::loss_force,
+             "N, >= 0, < contact_force: a smaller one speaks against one that "
+             "was there, default 0.35")
+      .Field("compliance", &FrictionConeParams::compliance,
+             "m/N, >= 0: how much surface, tool and arm give, default 2e-4")
+      .Field(
+          "curvature", &FrictionConeParams::curvature,
+          "rad^2/m, >= 0: variance of the normal per metre of sliding, about "
+          "the axis across the motion, default 2")
+      .Field("torsion", &FrictionConeParams::torsion,
+             "rad^2/m, >= 0: about the direction of motion, default 0.05")
+      .Field("evidence", &FrictionConeParams::evidence,
+             "> 0: log likelihood ratio that adds or drops a contact, default "
+             "12");
+
   BindParams<Params>(m, "ForceSpaceParticleFilterParams",
                      "Parameters of ForceSpaceParticleFilter; the defaults are "
                      "the paper's where it gives a number.")
@@ -157,7 +200,9 @@ void BindPerception(py::module_& m) {
              "n_p, 2 to 100000, default 1000")
       .Field("period", &Params::period,
              "s, > 0, time between updates, default 1/15")
-      .Field("likelihood", &Params::likelihood, "\"paper\"")
+      .Field("likelihood", &Params::likelihood,
+             "\"paper\" (eq. 6 to 8) or \"friction_cone\" (contacts with "
+             "friction)")
       .Field("scatter_mean", &Params::scatter_mean,
              "mean of the scatter per axis and update, -1 to 1, default 0")
       .Field("scatter_std", &Params::scatter_std,
@@ -177,7 +222,11 @@ void BindPerception(py::module_& m) {
              "1e-6")
       .Field("prior_particles", &Params::prior_particles,
              "particles that each prior normal adds to an update, 0 to 100000, "
-             "default 50");
+             "default 50")
+      .Field("prior_std", &Params::prior_std,
+             "rad, in (0, pi], how sure a prior is, default 0.1")
+      .Field("friction_cone", &Params::friction_cone,
+             "of likelihood \"friction_cone\"");
 
   auto state = BindState<State>(
       m, "ForceSpaceParticleFilterState",
@@ -203,8 +252,14 @@ void BindPerception(py::module_& m) {
           },
           py::arg("sensed_force"), py::arg("velocity"), py::arg("motion_force"),
           py::arg("contact_force"), py::arg("state").none(false), kUpdateDoc)
-      .def("set_prior", &SetPrior, py::arg("normals"),
-           py::arg("state").none(false), kPriorDoc)
+      .def(
+          "set_prior",
+          [](const Algorithm& self, const py::object& normals, State* state,
+             std::optional<double> std) {
+            SetPrior(self, normals, std, state);
+          },
+          py::arg("normals"), py::arg("state").none(false),
+          py::arg("std") = py::none(), kPriorDoc)
       .def("offer_prior", &OfferPrior, py::arg("normals"),
            py::arg("state").none(false),
            "As set_prior, but never raises: normals that it would refuse "
@@ -232,10 +287,11 @@ void BindPerception(py::module_& m) {
           py::arg("contact_force"), kUpdateDoc)
       .def(
           "set_prior",
-          [](Filter& self, const py::object& normals) {
-            SetPrior(self.algorithm, normals, &self.state);
+          [](Filter& self, const py::object& normals,
+             std::optional<double> std) {
+            SetPrior(self.algorithm, normals, std, &self.state);
           },
-          py::arg("normals"), kPriorDoc)
+          py::arg("normals"), py::arg("std") = py::none(), kPriorDoc)
       .def(
           "reset",
           [](Filter& self, std::uint64_t seed) {

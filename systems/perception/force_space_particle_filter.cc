@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/perception/particle_kernels.h"
@@ -72,8 +73,9 @@ void ForceSpaceParticleFilterParams::Validate() const {
   constexpr const char* kWho = "ForceSpaceParticleFilterParams";
   ThrowUnlessInRange(kWho, "num_particles", num_particles, 2, kMaxParticles);
   ThrowUnlessPositive(kWho, "period", period);
-  if (likelihood != Likelihood::kPaper) {
-    ThrowInvalidField(kWho, "likelihood", "Likelihood::kPaper",
+  if (likelihood != Likelihood::kPaper &&
+      likelihood != Likelihood::kFrictionCone) {
+    ThrowInvalidField(kWho, "likelihood", "one of Likelihood",
                       static_cast<int>(likelihood));
   }
   ThrowUnlessInRange(kWho, "scatter_mean", scatter_mean, -1, 1);
@@ -90,11 +92,18 @@ void ForceSpaceParticleFilterParams::Validate() const {
   ThrowUnlessInRange(kWho, "epsilon", epsilon, 1e-12, 0.1);
   ThrowUnlessInRange(kWho, "prior_particles", prior_particles, 0,
                      kMaxParticles);
+  if (!(prior_std > 0 && prior_std <= std::numbers::pi)) {
+    ThrowInvalidField(kWho, "prior_std", "a number in (0, pi]", prior_std);
+  }
+  friction_cone.Validate();
 }
 
 ForceSpaceParticleFilter::ForceSpaceParticleFilter(
     const Params& params, InstructionSet instruction_set)
-    : params_(params), instruction_set_(instruction_set) {
+    : params_(params),
+      instruction_set_(instruction_set),
+      tracker_(params.friction_cone, params.num_particles, params.period,
+               instruction_set) {
   params_.Validate();
   if (std::ranges::count(AvailableInstructionSets(), instruction_set) == 0) {
     ThrowInvalidField("ForceSpaceParticleFilter", "instruction_set",
@@ -138,6 +147,9 @@ FilterStatus ForceSpaceParticleFilter::Update(
     return FilterStatus::kBadInput;
   }
   ++state->updates;
+  if (params_.likelihood == Likelihood::kFrictionCone) {
+    return UpdateContacts(sensed_force, velocity, state);
+  }
   const int num_added = CountAdded(sensed_force, velocity, motion_force);
   const bool is_free = state->singular_values(0) == 0;
   return is_free && num_added == 0 && state->num_priors == 0
@@ -174,10 +186,32 @@ FilterStatus ForceSpaceParticleFilter::UpdateInFull(
   return is_ok ? FilterStatus::kOk : FilterStatus::kAllWeightsZero;
 }
 
-FilterStatus ForceSpaceParticleFilter::SetPrior(
-    const Eigen::Ref<const Eigen::Matrix3Xd>& normals,
+FilterStatus ForceSpaceParticleFilter::UpdateContacts(
+    const Eigen::Vector3d& sensed_force, const Eigen::Vector3d& velocity,
     State* state) const noexcept {
-  bool is_ok = normals.cols() <= kMaxPriors;
+  const int count_before = state->tracker.count;
+  tracker_.Update(sensed_force, velocity,
+                  {&state->prior, state->num_priors, state->prior_std},
+                  {ListOf(&state->particles), ListOf(&state->augmented),
+                   state->cumulative_weights.data(), state->chosen.data(),
+                   &state->normals, &state->random},
+                  &state->tracker);
+  const int count = state->tracker.count;
+  if (count > 0 || count_before > 0) {
+    if (count == 0) state->particles.setZero();
+    CalcSpaces(state);
+  }
+  state->direction_uncertainty =
+      ContactTracker::CalcDirectionUncertainty(state->tracker);
+  state->dimension_confidence = tracker_.CalcCountConfidence(state->tracker);
+  return FilterStatus::kOk;
+}
+
+FilterStatus ForceSpaceParticleFilter::SetPrior(
+    const Eigen::Ref<const Eigen::Matrix3Xd>& normals, double std,
+    State* state) const noexcept {
+  bool is_ok =
+      normals.cols() <= kMaxPriors && std > 0 && std <= std::numbers::pi;
   for (int i = 0; is_ok && i < normals.cols(); ++i) {
     is_ok = IsUsable(normals.col(i)) && normals.col(i).norm() > params_.epsilon;
   }
@@ -186,6 +220,7 @@ FilterStatus ForceSpaceParticleFilter::SetPrior(
     return FilterStatus::kBadInput;
   }
   state->num_priors = static_cast<int>(normals.cols());
+  state->prior_std = std;
   for (int i = 0; i < state->num_priors; ++i) {
     state->prior.col(i) = normals.col(i).normalized();
   }
@@ -264,6 +299,19 @@ bool ForceSpaceParticleFilter::Resample(const Eigen::Vector3d& sensed_force,
   return true;
 }
 
+int ForceSpaceParticleFilter::CalcPaperDimension(
+    double num_on_sphere, const State& state) const noexcept {
+  // Equation (9), with |S|^2 the number of particles on the sphere: compared as
+  // integers, so that rounding cannot decide at exactly one half.
+  if (2 * std::lround(num_on_sphere) < params_.num_particles) return 0;
+  const Eigen::Vector3d& S = state.singular_values;
+  const double add = params_.alpha_add * S(0);
+  const double remove = params_.alpha_remove * S(0);
+  const int at_least = 1 + (S(1) > add) + (S(2) > add);
+  const int at_most = 3 - (S(1) < remove) - (S(2) < remove);
+  return std::clamp(state.dimension, at_least, at_most);
+}
+
 void ForceSpaceParticleFilter::CalcSpaces(State* state) const noexcept {
   const ParticleMoments moments = CalcMoments(
       instruction_set_, ListOf(&state->particles), params_.num_particles);
@@ -288,19 +336,10 @@ void ForceSpaceParticleFilter::CalcSpaces(State* state) const noexcept {
     state->singular_vectors.setIdentity();
   }
 
-  const Eigen::Vector3d& S = state->singular_values;
+  state->dimension = params_.likelihood == Likelihood::kPaper
+                         ? CalcPaperDimension(num_on_sphere, *state)
+                         : state->tracker.count;
   const Eigen::Matrix3d& U = state->singular_vectors;
-  // Equation (9), with |S|^2 the number of particles on the sphere: compared as
-  // integers, so that rounding cannot decide at exactly one half.
-  if (2 * std::lround(num_on_sphere) < params_.num_particles) {
-    state->dimension = 0;
-  } else {
-    const double add = params_.alpha_add * S(0);
-    const double remove = params_.alpha_remove * S(0);
-    const int at_least = 1 + (S(1) > add) + (S(2) > add);
-    const int at_most = 3 - (S(1) < remove) - (S(2) < remove);
-    state->dimension = std::clamp(state->dimension, at_least, at_most);
-  }
   switch (state->dimension) {
     case 0:
       state->force_selection.setZero();

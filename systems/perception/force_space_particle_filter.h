@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <numbers>
 #include <utility>
 
 #include "dual_proxy/common/enum_strings.h"
@@ -10,18 +11,21 @@
 #include "dual_proxy/common/normal_stream.h"
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/serialize.h"
+#include "dual_proxy/perception/contact_tracker.h"
 
 namespace dual_proxy {
 
 /** How a particle's weight is computed. */
 enum class Likelihood {
-  kPaper,  ///< Product of a force and a velocity ramp, eq. (6)-(8).
+  kPaper,         ///< Product of a force and a velocity ramp, eq. (6)-(8).
+  kFrictionCone,  ///< Rigid contacts with friction: ContactTracker.
 };
 
 template <>
 struct EnumStrings<Likelihood> {
   static constexpr std::pair<Likelihood, const char*> kValues[] = {
-      {Likelihood::kPaper, "paper"}};
+      {Likelihood::kPaper, "paper"},
+      {Likelihood::kFrictionCone, "friction_cone"}};
 };
 
 /** Corners of the two ramps of the likelihood, eq. (6) and (7). */
@@ -79,6 +83,12 @@ struct ForceSpaceParticleFilterParams {
   double epsilon{1e-6};
   /** Particles that each prior normal adds to an update, 0 to 100000. */
   int prior_particles{50};
+  /** rad, in (0, pi]: how sure a prior is for which nothing else is said,
+  standard deviation per axis. */
+  double prior_std{0.1};
+  /** Of Likelihood::kFrictionCone, which uses nothing else but num_particles,
+  period, epsilon and prior_std. */
+  FrictionConeParams friction_cone;
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
@@ -97,6 +107,8 @@ struct ForceSpaceParticleFilterParams {
     a->Visit(MakeNameValue("alpha_remove", &alpha_remove));
     a->Visit(MakeNameValue("epsilon", &epsilon));
     a->Visit(MakeNameValue("prior_particles", &prior_particles));
+    a->Visit(MakeNameValue("prior_std", &prior_std));
+    a->Visit(MakeNameValue("friction_cone", &friction_cone));
   }
 };
 
@@ -144,6 +156,17 @@ struct ForceSpaceParticleFilterState {
   /** Expected normals, unit vectors in B; the first `num_priors` columns. */
   Eigen::Matrix<double, 3, 8> prior{Eigen::Matrix<double, 3, 8>::Zero()};
   int num_priors{0};
+  /** rad: how sure the normals are, standard deviation per axis. */
+  double prior_std{0.1};
+
+  /** Of Likelihood::kFrictionCone. */
+  ContactTrackerState tracker;
+  /** rad: the angle within which the true direction lies with 95 %: of U1 at
+  dimension 1, of U3 at 2; pi/2 at 0, 0 at 3. Always pi/2 with
+  Likelihood::kPaper, whose particles are no distribution of the normal. */
+  double direction_uncertainty{std::numbers::pi / 2};
+  /** 0 to 1: the probability that the dimension is right; always 0 likewise. */
+  double dimension_confidence{0};
 
   /** For resampling: one number per update. */
   RandomStream random;
@@ -239,10 +262,16 @@ class ForceSpaceParticleFilter {
   /** Replaces the prior, which holds until it is replaced.
   @param normals  3 x k, 0 <= k <= kMaxPriors, in B, into the surface; of any
     length above epsilon, and normalised here. k = 0 removes the prior.
+  @param std  rad, in (0, pi]: how sure they are, standard deviation per axis,
+    instead of params.prior_std; Likelihood::kPaper has no use for it.
   @returns kOk, or kBadInput (too many, not finite, or too short), when `state`
     is unchanged but for the count. No heap, no throw. */
   FilterStatus SetPrior(const Eigen::Ref<const Eigen::Matrix3Xd>& normals,
-                        State* state) const noexcept;
+                        State* state) const noexcept {
+    return SetPrior(normals, params_.prior_std, state);
+  }
+  FilterStatus SetPrior(const Eigen::Ref<const Eigen::Matrix3Xd>& normals,
+                        double std, State* state) const noexcept;
 
  private:
   friend class ForceSpaceParticleFilterTester;
@@ -267,10 +296,16 @@ class ForceSpaceParticleFilter {
   bool Resample(const Eigen::Vector3d& sensed_force,
                 const Eigen::Vector3d& velocity, int count,
                 State* state) const noexcept;
+  FilterStatus UpdateContacts(const Eigen::Vector3d& sensed_force,
+                              const Eigen::Vector3d& velocity,
+                              State* state) const noexcept;
   void CalcSpaces(State* state) const noexcept;
+  int CalcPaperDimension(double num_on_sphere,
+                         const State& state) const noexcept;
 
   Params params_;
   InstructionSet instruction_set_;
+  ContactTracker tracker_;
 };
 
 }  // namespace dual_proxy

@@ -32,6 +32,14 @@ ForceSpaceParticleFilterSystem::ForceSpaceParticleFilterSystem(
                           direction = state.singular_vectors.col(0);
                         }
                       });
+  DeclareVectorOutput("direction_uncertainty", 1,
+                      [](const State& state, Vector uncertainty) {
+                        uncertainty[0] = state.direction_uncertainty;
+                      });
+  DeclareVectorOutput("dimension_confidence", 1,
+                      [](const State& state, Vector confidence) {
+                        confidence[0] = state.dimension_confidence;
+                      });
 }
 
 void ForceSpaceParticleFilterSystem::Step(const Context& context,

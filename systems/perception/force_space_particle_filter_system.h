@@ -23,6 +23,8 @@ output_ports:
 - dimension
 - particles
 - force_direction
+- direction_uncertainty
+- dimension_confidence
 @endsystem
 
 Input ports, vectors in the base frame B:
@@ -38,6 +40,9 @@ Output ports:
 - `dimension`, 1: 0 to 3.
 - `particles`, 3 num_particles: particle after particle, in B.
 - `force_direction`, 3: U1, the main direction, in B; zero at dimension 0.
+- `direction_uncertainty`, 1, rad: the true direction is within this angle with
+  95 %; see ForceSpaceParticleFilterState.
+- `dimension_confidence`, 1: the probability that the dimension is right.
 
 Inputs that are not connected are zero. Steps every `params.period`; the outputs
 are those of the last step, dimension 0 before the first, without feedthrough.
@@ -74,6 +79,12 @@ class ForceSpaceParticleFilterSystem final
   }
   const OutputPort& get_force_direction_output_port() const {
     return get_output_port(3);
+  }
+  const OutputPort& get_direction_uncertainty_output_port() const {
+    return get_output_port(4);
+  }
+  const OutputPort& get_dimension_confidence_output_port() const {
+    return get_output_port(5);
   }
 
  private:

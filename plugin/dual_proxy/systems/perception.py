@@ -33,6 +33,8 @@ class ForceSpaceParticleFilter(Face):
     - dimension         # 1: 0..3
     - particles         # 3 n_p, particle after particle
     - force_direction   # 3: U1, the main direction; zero at dimension 0
+    - direction_uncertainty  # 1, rad: holds the true direction with 95 %
+    - dimension_confidence   # 1: probability that the dimension is right
     @endsystem
 
     Everything in the base frame B. Steps every `params.period`; the outputs are
@@ -76,6 +78,12 @@ class ForceSpaceParticleFilter(Face):
             "force_direction",
             3,
             lambda state: state.singular_vectors[:, 0] * (state.dimension > 0),
+        )
+        self._declare_vector_output(
+            "direction_uncertainty", 1, lambda state: state.direction_uncertainty
+        )
+        self._declare_vector_output(
+            "dimension_confidence", 1, lambda state: state.dimension_confidence
         )
 
     def _step(self, context: Context, state: Any) -> None:

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+
+#include "dual_proxy/common/instruction_set.h"
+#include "dual_proxy/common/normal_stream.h"
+#include "dual_proxy/common/random.h"
+#include "dual_proxy/common/serialize.h"
+#include "dual_proxy/perception/particle_kernels.h"
+
+namespace dual_proxy {
+
+/** Parameters of ContactTracker: what is known of the sensors, and of the
+surfaces to be met. None is per update, so every period behaves alike. For the
+angular filter read N m for N, rad/s for m/s and rad for m. */
+struct FrictionConeParams {
+  /** sigma_f, N, > 0: of one input per axis, with what the model leaves out. */
+  double force_noise{0.25};
+  /** sigma_v, m/s, > 0: likewise. */
+  double velocity_noise{0.0015};
+  /** m/s, > 0: half of it sticks, 1.5 times it slides, in between is between.
+   */
+  double sliding_speed{0.004};
+  /** mu, > 0: the most that is thought of while nothing has slid. Once it has,
+  the friction seen takes its place, with a margin. */
+  double max_friction{0.7};
+  /** N, > 0: from here on what a force shows speaks for a contact. */
+  double contact_force{0.6};
+  /** N, >= 0, < contact_force: below, it speaks against one that was there. */
+  double loss_force{0.35};
+  /** m/N, >= 0: how much surface, tool and arm give. A changing force moves the
+  tool into the surface, which then is not taken for sliding. */
+  double compliance{2e-4};
+  /** rad^2/m, >= 0: variance by which a normal turns about the axis across the
+  motion per metre of sliding (a cylinder's 1/r squared times a length). */
+  double curvature{2};
+  /** rad^2/m, >= 0: likewise about the direction of motion. */
+  double torsion{0.05};
+  /** > 0: by how much the likelihood of what is new must exceed that of what
+  was believed, as its logarithm, before a contact is added or dropped. */
+  double evidence{12};
+
+  /** @throws std::invalid_argument naming the field, its range and value. */
+  void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("force_noise", &force_noise));
+    a->Visit(MakeNameValue("velocity_noise", &velocity_noise));
+    a->Visit(MakeNameValue("sliding_speed", &sliding_speed));
+    a->Visit(MakeNameValue("max_friction", &max_friction));
+    a->Visit(MakeNameValue("contact_force", &contact_force));
+    a->Visit(MakeNameValue("loss_force", &loss_force));
+    a->Visit(MakeNameValue("compliance", &compliance));
+    a->Visit(MakeNameValue("curvature", &curvature));
+    a->Visit(MakeNameValue("torsion", &torsion));
+    a->Visit(MakeNameValue("evidence", &evidence));
+  }
+};
+
+/** What is believed of one contact. */
+struct TrackedContact {
+  /** n, unit vector INTO the surface, in B: mean of its particles. */
+  Eigen::Vector3d normal{Eigen::Vector3d::Zero()};
+  /** Of its particles, in B. */
+  Eigen::Matrix3d covariance{Eigen::Matrix3d::Zero()};
+  /** lambda, N: its normal force. */
+  double force{0};
+  /** N s, in B: of what was sensed since it was found, while it stuck. */
+  Eigen::Vector3d impulse{Eigen::Vector3d::Zero()};
+  /** m: how far it has slid; up to a limit friction is thought to be small. */
+  double slid{0};
+  /** The evidence against it. */
+  double loss{0};
+  /** s: for how long the velocity has been contradicting it. */
+  double conflict{0};
+  /** In B: an expected normal over its variance (rad^2), or zero. */
+  Eigen::Vector3d prior{Eigen::Vector3d::Zero()};
+};
+
+/** What ContactTracker remembers beside the particles. */
+struct ContactTrackerState {
+  /** The first `count` are contacts, none within 0.2 rad of another. Particles
+  n i / count to n (i + 1) / count are those of contact i. */
+  std::array<TrackedContact, 3> contacts;
+  int count{0};
+  /** N, in B: what these contacts and friction cannot explain. */
+  Eigen::Vector3d unexplained{Eigen::Vector3d::Zero()};
+  /** N s, in B: its integral while there is evidence for a new contact. */
+  Eigen::Vector3d unexplained_impulse{Eigen::Vector3d::Zero()};
+  double evidence{0};
+  /** mu seen while sliding; negative as long as nothing has slid. */
+  double friction{-1};
+  /** s: since a contact was found, and the speed (m/s) at which it was. */
+  double settled_time{0};
+  double entry_speed{0};
+  /** 0 to 1: how much of the contact slides. */
+  double sliding{0};
+  /** N: size of the force, smoothed. */
+  double force{0};
+  /** m/s: how fast the tool may be sinking into what gives. */
+  double sinking_speed{0};
+};
+
+/** Where a tracker's particles live. */
+struct ContactParticles {
+  MutableParticleList particles;  ///< num_particles.
+  MutableParticleList moved;      ///< Work space, num_particles.
+  double* weights{};              ///< Work space, num_particles.
+  std::int32_t* chosen{};         ///< Work space, num_particles + 1.
+  NormalStream* normals{};
+  RandomStream* random{};
+};
+
+/** Expected normals; see ForceSpaceParticleFilter::SetPrior(). */
+struct ContactPrior {
+  const Eigen::Matrix<double, 3, 8>* normals{};  ///< Unit vectors, in B.
+  int count{0};
+  double std{0.1};  ///< rad, > 0.
+};
+
+/** Finds and follows up to three contacts, each by a cloud of particles for its
+normal: the likelihood "friction_cone" of ForceSpaceParticleFilter. In the
+paper's filter one cloud stands for all contacts, and its shape for their
+number. Here their number is decided first, by what the force excludes:
+
+    r = F_s - sum_i lambda_i n_i - friction,  lambda_i >= 0
+
+is what the contacts cannot explain. Friction is along the velocity where the
+tool slides and anywhere in the cone where it sticks; mu is learned while it
+slides. A contact is found when r speaks for one long enough (with no contact r
+is the force itself), and dropped when its lambda_i is not there any more, or,
+one of several, when the tool moves along its normal: CUSUM tests on the log
+likelihood. Then each contact's particles
+
+    move      as far as surfaces turn in the distance that was slid,
+    weight    1 / (1 + <rho,v>^2 / 3 sigma_v^2) exp(-|e|^2 / 2 sigma_f^2)
+    resample  low-variance,
+
+with e the part of the force on this contact that would have to be friction but
+cannot: across or against the sliding, or outside the cone. The velocity has
+heavy tails, as tools bounce and surfaces give. Among normals that nothing
+excludes the particles stay where they are; until a contact has slid, that is
+around the mean force, as friction has no preferred direction. */
+class ContactTracker {
+ public:
+  using Params = FrictionConeParams;
+  using State = ContactTrackerState;
+
+  static constexpr int kMaxContacts = 3;
+
+  /** `params` is valid, `period` in s. */
+  ContactTracker(const Params& params, int num_particles, double period,
+                 InstructionSet instruction_set);
+
+  /** Advances by one period. Without contacts the particles are not touched,
+  neither before nor after. No heap, no throw.
+  @param force  F_s, N, in B.
+  @param velocity  m/s, in B.
+  @param[in,out] particles  those of the contacts that `state` knows. */
+  void Update(const Eigen::Vector3d& force, const Eigen::Vector3d& velocity,
+              const ContactPrior& prior, const ContactParticles& particles,
+              State* state) const noexcept;
+
+  /** rad: the angle within which the true direction lies with 95 %: of the
+  normal (one contact) or the free axis (two); pi/2 with none, 0 with three. */
+  static double CalcDirectionUncertainty(const State& state) noexcept;
+
+  /** 0 to 1: how likely the number of contacts is right. */
+  double CalcCountConfidence(const State& state) const noexcept;
+
+ private:
+  double CalcMaxFriction(const State& state) const noexcept;
+  void NoteSinking(const Eigen::Vector3d& force,
+                   const Eigen::Vector3d& velocity,
+                   State* state) const noexcept;
+  void Explain(const Eigen::Vector3d& force, const Eigen::Vector3d& velocity,
+               State* state) const noexcept;
+  void Follow(int index, double other_force, const Eigen::Vector3d& force,
+              const Eigen::Vector3d& velocity,
+              const ContactParticles& particles, State* state) const noexcept;
+  double CalcUnexplainedLevel(const Eigen::Vector3d& force,
+                              const State& state) const noexcept;
+  void LearnFriction(const Eigen::Vector3d& force,
+                     const Eigen::Vector3d& velocity,
+                     State* state) const noexcept;
+  void NoteMotion(const Eigen::Vector3d& velocity, State* state) const noexcept;
+  bool DropLost(const Eigen::Vector3d& velocity,
+                const ContactParticles& particles, State* state) const noexcept;
+  void AddFound(const Eigen::Vector3d& force, const Eigen::Vector3d& velocity,
+                const ContactPrior& prior, const ContactParticles& particles,
+                State* state) const noexcept;
+  void MergeNear(const ContactParticles& particles,
+                 State* state) const noexcept;
+  void Remove(int index, const ContactParticles& particles,
+              State* state) const noexcept;
+  void Draw(int index, const Eigen::Vector3d& normal, double std,
+            const ContactParticles& particles, State* state) const noexcept;
+  void CalcStatistics(int index, const ContactParticles& particles,
+                      State* state) const noexcept;
+
+  /** The first particle of contact `index` of `count`. */
+  int First(int index, int count) const noexcept {
+    return static_cast<int>(static_cast<std::int64_t>(num_particles_) * index /
+                            count);
+  }
+
+  Params params_;
+  int num_particles_;
+  double period_;
+  InstructionSet instruction_set_;
+  // Shares of the way that are gone in one period, by time constant.
+  double smoothing_gain_;
+  double friction_gain_;
+  double impulse_gain_;
+  double prior_decay_;
+  // Log likelihood ratio of one period per N of difference to a level.
+  double found_rate_;
+  double lost_rate_;
+};
+
+}  // namespace dual_proxy
