@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -1533,13 +1533,121 @@ class ForceSpaceParticleFilterThresholds:
     @velocity_low.setter
     def velocity_low(self, arg1: typing.Any) -> None:
         ...
+class FrictionConeParams:
+    """
+    What likelihood "friction_cone" knows of sensors and surfaces; nothing is per update.
+    """
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('force_noise', 'velocity_noise', 'sliding_speed', 'max_friction', 'contact_force', 'loss_force', 'compliance', 'curvature', 'torsion', 'evidence')
+    fields: typing.ClassVar[dict] = {'force_noise': 'sigma_f, N, > 0, of one input per axis, default 0.25', 'velocity_noise': 'sigma_v, m/s, > 0, likewise, default 0.0015', 'sliding_speed': 'm/s, > 0: half of it sticks, 1.5 times it slides, default 0.004', 'max_friction': 'mu, > 0, the most that is thought of, default 0.7', 'contact_force': 'N, > 0: a larger force speaks for a contact, default 0.6', 'loss_force': 'N, >= 0, < contact_force: a smaller one speaks against one that was there, default 0.35', 'compliance': 'm/N, >= 0: how much surface, tool and arm give, default 2e-4', 'curvature': 'rad^2/m, >= 0: variance of the normal per metre of sliding, about the axis across the motion, default 2', 'torsion': 'rad^2/m, >= 0: about the direction of motion, default 0.05', 'evidence': '> 0: log likelihood ratio that adds or drops a contact, default 12'}
+    def __copy__(self) -> FrictionConeParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> FrictionConeParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def compliance(self) -> float:
+        """
+        m/N, >= 0: how much surface, tool and arm give, default 2e-4
+        """
+    @compliance.setter
+    def compliance(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def contact_force(self) -> float:
+        """
+        N, > 0: a larger force speaks for a contact, default 0.6
+        """
+    @contact_force.setter
+    def contact_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def curvature(self) -> float:
+        """
+        rad^2/m, >= 0: variance of the normal per metre of sliding, about the axis across the motion, default 2
+        """
+    @curvature.setter
+    def curvature(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def evidence(self) -> float:
+        """
+        > 0: log likelihood ratio that adds or drops a contact, default 12
+        """
+    @evidence.setter
+    def evidence(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_noise(self) -> float:
+        """
+        sigma_f, N, > 0, of one input per axis, default 0.25
+        """
+    @force_noise.setter
+    def force_noise(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def loss_force(self) -> float:
+        """
+        N, >= 0, < contact_force: a smaller one speaks against one that was there, default 0.35
+        """
+    @loss_force.setter
+    def loss_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_friction(self) -> float:
+        """
+        mu, > 0, the most that is thought of, default 0.7
+        """
+    @max_friction.setter
+    def max_friction(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def sliding_speed(self) -> float:
+        """
+        m/s, > 0: half of it sticks, 1.5 times it slides, default 0.004
+        """
+    @sliding_speed.setter
+    def sliding_speed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def torsion(self) -> float:
+        """
+        rad^2/m, >= 0: about the direction of motion, default 0.05
+        """
+    @torsion.setter
+    def torsion(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def velocity_noise(self) -> float:
+        """
+        sigma_v, m/s, > 0, likewise, default 0.0015
+        """
+    @velocity_noise.setter
+    def velocity_noise(self, arg1: typing.Any) -> None:
+        ...
 class ForceSpaceParticleFilterParams:
     """
     Parameters of ForceSpaceParticleFilter; the defaults are the paper's where it gives a number.
     """
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles')
-    fields: typing.ClassVar[dict] = {'num_particles': 'n_p, 2 to 100000, default 1000', 'period': 's, > 0, time between updates, default 1/15', 'likelihood': '"paper"', 'scatter_mean': 'mean of the scatter per axis and update, -1 to 1, default 0', 'scatter_std': 'standard deviation of the scatter per axis and update, 0 to 1, default 0.025', 'update_thresholds': 'weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s', 'resampling_thresholds': 'weigh every particle, default 0, 3 N, 0.001, 0.01 m/s', 'alpha_add': 'share of the largest singular value above which a direction is added, in (0, 1), default 0.5', 'alpha_remove': 'share below which it is removed, in (0, alpha_add], default 0.1', 'epsilon': 'vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6', 'prior_particles': 'particles that each prior normal adds to an update, 0 to 100000, default 50'}
+    _serialized_names: typing.ClassVar[tuple] = ('num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles', 'prior_std', 'friction_cone')
+    fields: typing.ClassVar[dict] = {'num_particles': 'n_p, 2 to 100000, default 1000', 'period': 's, > 0, time between updates, default 1/15', 'likelihood': '"paper" (eq. 6 to 8) or "friction_cone" (contacts with friction)', 'scatter_mean': 'mean of the scatter per axis and update, -1 to 1, default 0', 'scatter_std': 'standard deviation of the scatter per axis and update, 0 to 1, default 0.025', 'update_thresholds': 'weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s', 'resampling_thresholds': 'weigh every particle, default 0, 3 N, 0.001, 0.01 m/s', 'alpha_add': 'share of the largest singular value above which a direction is added, in (0, 1), default 0.5', 'alpha_remove': 'share below which it is removed, in (0, alpha_add], default 0.1', 'epsilon': 'vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6', 'prior_particles': 'particles that each prior normal adds to an update, 0 to 100000, default 50', 'prior_std': 'rad, in (0, pi], how sure a prior is, default 0.1', 'friction_cone': 'of likelihood "friction_cone"'}
     def __copy__(self) -> ForceSpaceParticleFilterParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceSpaceParticleFilterParams:
@@ -1586,9 +1694,17 @@ class ForceSpaceParticleFilterParams:
     def epsilon(self, arg1: typing.Any) -> None:
         ...
     @property
+    def friction_cone(self) -> FrictionConeParams:
+        """
+        of likelihood "friction_cone"
+        """
+    @friction_cone.setter
+    def friction_cone(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def likelihood(self) -> str:
         """
-        "paper"
+        "paper" (eq. 6 to 8) or "friction_cone" (contacts with friction)
         """
     @likelihood.setter
     def likelihood(self, arg1: typing.Any) -> None:
@@ -1616,6 +1732,14 @@ class ForceSpaceParticleFilterParams:
         """
     @prior_particles.setter
     def prior_particles(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def prior_std(self) -> float:
+        """
+        rad, in (0, pi], how sure a prior is, default 0.1
+        """
+    @prior_std.setter
+    def prior_std(self, arg1: typing.Any) -> None:
         ...
     @property
     def resampling_thresholds(self) -> ForceSpaceParticleFilterThresholds:
@@ -1673,6 +1797,17 @@ class ForceSpaceParticleFilterState:
         0 to 3: number of directions in force space.
         """
     @property
+    def dimension_confidence(self) -> float:
+        """
+        0 to 1: the probability that the dimension is right; 0 with likelihood "paper".
+        """
+    @property
+    def direction_uncertainty(self) -> float:
+        """
+        rad: the true direction is within this angle with 95 %: U1 at dimension 1, U3 at 2.
+        pi/2 at 0 and with likelihood "paper"; 0 at 3.
+        """
+    @property
     def force_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
         """
         Omega_f, (3, 3), in B: orthogonal projection onto force space.
@@ -1722,11 +1857,13 @@ class ForceSpaceParticleFilterAlgorithm:
         As set_prior, but never raises: normals that it would refuse change nothing, are
         counted in `state.bad_inputs`, and give "bad_input" instead of "ok".
         """
-    def set_prior(self, normals: typing.Any, state: ForceSpaceParticleFilterState) -> None:
+    def set_prior(self, normals: typing.Any, state: ForceSpaceParticleFilterState, std: ... = None) -> None:
         """
         Replaces the expected normals, which hold until they are replaced.
         
         normals: (3, k), 0 <= k <= 8, in B, into the surface; normalised here.
+        std: rad, in (0, pi], how sure they are (standard deviation per axis); params.prior_std
+        if None.
         Raises ValueError unless all are finite and longer than epsilon.
         """
     def update(self, sensed_force: typing.Any, velocity: typing.Any, motion_force: typing.Any, contact_force: typing.Any, state: ForceSpaceParticleFilterState) -> str:
@@ -1753,11 +1890,13 @@ class ForceSpaceParticleFilter:
         """
         Starts again, as if new.
         """
-    def set_prior(self, normals: typing.Any) -> None:
+    def set_prior(self, normals: typing.Any, std: ... = None) -> None:
         """
         Replaces the expected normals, which hold until they are replaced.
         
         normals: (3, k), 0 <= k <= 8, in B, into the surface; normalised here.
+        std: rad, in (0, pi], how sure they are (standard deviation per axis); params.prior_std
+        if None.
         Raises ValueError unless all are finite and longer than epsilon.
         """
     def update(self, sensed_force: typing.Any, velocity: typing.Any, motion_force: typing.Any, contact_force: typing.Any) -> str:
@@ -1784,6 +1923,17 @@ class ForceSpaceParticleFilter:
     def dimension(self) -> int:
         """
         0 to 3: number of directions in force space.
+        """
+    @property
+    def dimension_confidence(self) -> float:
+        """
+        0 to 1: the probability that the dimension is right; 0 with likelihood "paper".
+        """
+    @property
+    def direction_uncertainty(self) -> float:
+        """
+        rad: the true direction is within this angle with 95 %: U1 at dimension 1, U3 at 2.
+        pi/2 at 0 and with likelihood "paper"; 0 at 3.
         """
     @property
     def force_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
@@ -4871,5 +5021,5 @@ def saturate(value: typing.Any, max_norm: typing.SupportsFloat | typing.Supports
     """
 _FILTER_TRIAL_DRIVES: tuple = ('closed_loop', 'true_selection', 'kinematic')
 _FILTER_TRIAL_SCENES: tuple = ('free', 'plane', 'cylinder', 'inner_corner', 'step_edge', 'still', 'grazing', 'soft')
-_LIKELIHOODS: tuple = ('paper')
+_LIKELIHOODS: tuple = ('paper', 'friction_cone')
 _RECORDING_MOVE_TIME: float = 2.0

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import math
 import os
 import platform
 from collections.abc import Iterable, Sequence
@@ -169,20 +171,38 @@ def _quantities(row: Row) -> list[str]:
     return cells
 
 
+def _setting(row: Row) -> Row:
+    return {key: row[key] for key in ("likelihood", "num_particles", "rate")}
+
+
+def _grid_rows(results: Results) -> list[tuple[Row, Row]]:
+    """Return each setting's rows: over all trials, and over those in closed loop."""
+    pairs = []
+    for row in results["grid"]:
+        if "cost_us_per_s" in row:
+            closed = _find(results["grid"], **_setting(row), drive="closed_loop")
+            assert closed is not None
+            pairs.append((row, closed))
+    return pairs
+
+
 def grid_table(results: Results) -> str:
     """Return error and cost of each setting, over all trials, as Markdown."""
     return _table(
-        ["likelihood", "particles", "Hz", *_QUANTITIES, "cost, us/s"],
+        [
+            *("likelihood", "particles", "Hz", *_QUANTITIES),
+            *("closed loop: error", "dimension right", "cost, us/s"),
+        ],
         (
             [
                 row["likelihood"],
                 str(row["num_particles"]),
                 f"{row['rate']:g}",
                 *_quantities(row),
+                *_quantities(closed)[:2],
                 f"{row['cost_us_per_s']:.3g}",
             ]
-            for row in results["grid"]
-            if "cost_us_per_s" in row
+            for row, closed in _grid_rows(results)
         ),
     )
 
@@ -249,48 +269,58 @@ def draw(results: Results, path: Path) -> None:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    rows = [row for row in results["grid"] if "cost_us_per_s" in row]
-    rates = list(dict.fromkeys(row["rate"] for row in rows))
-    markers = dict(zip(rates, "osD^v", strict=False))
-    figure, axes = plt.subplots(1, 3, figsize=(12, 4.2), sharex=True)
-    for axis, key, label in (
-        (axes[0], "direction_error_mean_deg", "direction error, mean, deg"),
-        (axes[1], "dimension_right", "dimension wrong, share"),
-        (axes[2], "second_mean_ms", "second wall, mean of those found, ms"),
+    pairs = _grid_rows(results)
+    likelihoods = list(dict.fromkeys(row["likelihood"] for row, _ in pairs))
+    rates = list(dict.fromkeys(row["rate"] for row, _ in pairs))
+    markers = dict(zip(rates, itertools.cycle("osD^v"), strict=False))
+    figure, axes = plt.subplots(2, 3, figsize=(12, 7.5), sharex=True, sharey="col")
+    for column, (key, label) in enumerate(
+        (
+            ("direction_error_mean_deg", "direction error, mean, deg"),
+            ("dimension_right", "dimension wrong, share"),
+            ("second_mean_ms", "second wall, mean of those found, ms"),
+        )
     ):
-        for number, likelihood in enumerate(
-            dict.fromkeys(row["likelihood"] for row in rows)
-        ):
-            color = f"C{number}"
-            points = sorted(
-                (
-                    row["cost_us_per_s"],
-                    1 - row[key] if key == "dimension_right" else row[key],
-                    row["num_particles"],
-                    row["rate"],
-                )
-                for row in rows
-                if row["likelihood"] == likelihood and row[key] is not None
-            )
-            best: list[tuple[float, float]] = []
-            for cost, error, num_particles, rate in points:
+        for line, drives in enumerate(("all drives", "closed loop")):
+            axis = axes[line, column]
+            for number, likelihood in enumerate(likelihoods):
+                best: list[tuple[float, float]] = []
+                for cost, row in sorted(
+                    (
+                        (pair[0]["cost_us_per_s"], pair[line])
+                        for pair in pairs
+                        if pair[line]["likelihood"] == likelihood
+                    ),
+                    key=lambda point: point[0],
+                ):
+                    if row[key] is None:
+                        continue
+                    error = 1 - row[key] if key == "dimension_right" else row[key]
+                    size = 3 * math.log10(row["num_particles"]) - 3
+                    axis.plot(
+                        *(cost, error, markers[row["rate"]]),
+                        color=f"C{number}",
+                        markersize=size,
+                        alpha=0.6,
+                    )
+                    if not best or error < best[-1][1]:
+                        best.append((cost, error))
                 axis.plot(
-                    *(cost, error, markers[rate]),
-                    color=color,
-                    markersize=2 + 2.2 * len(str(num_particles)) - 4,
-                    alpha=0.6,
+                    [cost for cost, _ in best],
+                    [error for _, error in best],
+                    color=f"C{number}",
+                    lw=1,
+                    label=likelihood,
                 )
-                if not best or error < best[-1][1]:
-                    best.append((cost, error))
-            axis.plot(*zip(*best, strict=True), color=color, lw=1) if best else None
-            axis.plot([], [], color=color, label=likelihood)
-        axis.set_xscale("log")
-        axis.set_ylabel(label)
-        axis.set_ylim(bottom=0)
-        axis.set_xlabel("filter's time per second, us")
+            axis.set_xscale("log")
+            axis.set_ylim(bottom=0)
+            axis.set_ylabel(label)
+            axis.set_title(drives, fontsize=9)
+            if line == 1:
+                axis.set_xlabel("filter's time per second, us")
     for rate, marker in markers.items():
-        axes[2].plot([], [], marker, color="0.4", label=f"{rate:g} Hz")
-    axes[2].legend(frameon=False, fontsize=8)
+        axes[0, 0].plot([], [], marker, color="0.4", ms=5, label=f"{rate:g} Hz")
+    axes[0, 0].legend(frameon=False, fontsize=8)
     figure.tight_layout()
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=100, metadata={"Software": None})
@@ -319,7 +349,7 @@ def write_page(page: Path, results: Results) -> None:
     text = page.read_text()
     for name, table in tables.items():
         before, mark, rest = text.partition(_MARK.format(name))
-        _, _, after = rest.partition("\n\n")
+        _, _, after = f"\n{rest}".partition("\n\n")
         text = f"{before}{mark}{table}\n\n{after}"
     page.write_text(text)
     draw(results, page.parent / "images" / "bench_filter.png")
