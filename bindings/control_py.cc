@@ -191,6 +191,10 @@ void BindOperationalSpaceController(py::module_& m) {
       .Field("unit_mass_motion_force", &P::unit_mass_motion_force,
              "output motion_force is Lambda^-1 F_m; false: F_m as printed; "
              "default true")
+      .Field(
+          "unit_inertia_motion_moment", &P::unit_inertia_motion_moment,
+          "output motion_moment is the command of a unit inertia; false: M_m, "
+          "N m; default false")
       .Field("q_rest", &P::q_rest, "(7,), rad: posture in the null space")
       .Field("posture_stiffness", &P::posture_stiffness,
              "1/s^2, >= 0, default 25")

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -11,6 +12,7 @@
 
 #include "dual_proxy/experiment/metrics.h"
 #include "dual_proxy/experiment/recording.h"
+#include "dual_proxy/experiment/rotation_truth.h"
 #include "params.h"
 
 // dual_proxy.metrics and dual_proxy.recording are the typed faces of what is
@@ -53,16 +55,20 @@ std::optional<py::array_t<double>> RotationArray(
 }
 
 void BindMetrics(py::module_& m) {
+  const auto list = [](std::span<const MetricDescription> metrics) {
+    std::vector<std::tuple<const char*, const char*, const char*>> result;
+    for (const auto& [key, unit, description] : metrics) {
+      result.emplace_back(key, unit, description);
+    }
+    return result;
+  };
   m.def(
-      "_metric_descriptions",
-      []() {
-        std::vector<std::tuple<const char*, const char*, const char*>> result;
-        for (const auto& [key, unit, description] : MetricDescriptions()) {
-          result.emplace_back(key, unit, description);
-        }
-        return result;
-      },
+      "_metric_descriptions", [list] { return list(MetricDescriptions()); },
       "[(key, unit, description)] of every metric, in order.");
+  m.def(
+      "_angular_metric_descriptions",
+      [list] { return list(AngularMetricDescriptions()); },
+      "The same of those of the angular filter.");
   m.def(
       "_compute_metrics",
       [](Eigen::VectorXd time, Eigen::MatrixXd values, const Signals& signals,
@@ -125,9 +131,31 @@ void BindRecording(py::module_& m) {
       "(n, 3), can be\nreached.");
 }
 
+void BindRotationTruth(py::module_& m) {
+  py::class_<RotationTruth>(m, "_RotationTruth",
+                            "Which rotations the true contacts of the tool "
+                            "block; see the C++ header.")
+      .def(py::init<>())
+      .def(
+          "add",
+          [](RotationTruth& self, const py::object& p,
+             const py::object& normal) {
+            self.Add(Vec3(p, "p"), Vec3(normal, "normal"));
+          },
+          py::arg("p"), py::arg("normal"),
+          "Takes one more contact: (3,), m, and a unit vector, (3,), in B.")
+      .def_property_readonly("dimension", &RotationTruth::dimension,
+                             "Number of directions that are blocked, 0 to 3.")
+      .def(
+          "calc_free_axis", &RotationTruth::CalcFreeAxis,
+          "Unit vector, (3,), in B: the axis of free rotation if there is just "
+          "one,\nat dimension 2; zero otherwise.");
+}
+
 }  // namespace
 
 void BindExperiment(py::module_& m) {
+  BindRotationTruth(m);
   BindMetrics(m);
   BindRecording(m);
 }

@@ -26,6 +26,7 @@
 #include "dual_proxy/control/operational_space_controller_system.h"
 #include "dual_proxy/link/communication_channel_system.h"
 #include "dual_proxy/link/pose_sender_system.h"
+#include "dual_proxy/perception/contact_history_system.h"
 #include "dual_proxy/perception/force_space_particle_filter_system.h"
 #include "dual_proxy/proxy/haptic_side_proxy_system.h"
 #include "dual_proxy/proxy/robot_side_proxy_system.h"
@@ -210,6 +211,7 @@ PYBIND11_MODULE(_native, m) {
   AddFace<HapticSideProxySystem, HapticSideProxyParams>(m, "HapticSideProxy");
   AddFace<HapticControllerSystem, HapticControllerParams>(m,
                                                           "HapticController");
+  AddFace<ContactHistorySystem, ContactHistoryParams>(m, "ContactHistory");
   m.def(
       "add_PositionForceHapticSide",
       [](const py::object& builder, const std::string& name,
@@ -320,11 +322,13 @@ PYBIND11_MODULE(_native, m) {
       py::arg("builder"), py::arg("name"), py::arg("sensor_joint"));
   m.def(
       "add_ContactTruthSystem",
-      [](const py::object& builder, const std::string& name, int tool_body) {
-        Add<ContactTruthSystem>(builder, name,
-                                drake::multibody::BodyIndex(tool_body));
+      [](const py::object& builder, const std::string& name, int tool_body,
+         bool rotations) {
+        Add<ContactTruthSystem>(
+            builder, name, drake::multibody::BodyIndex(tool_body), rotations);
       },
-      py::arg("builder"), py::arg("name"), py::arg("tool_body"));
+      py::arg("builder"), py::arg("name"), py::arg("tool_body"),
+      py::arg("rotations"));
 }
 
 }  // namespace dual_proxy

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <numbers>
 #include <optional>
+#include <utility>
 
+#include "dual_proxy/perception/contact_history.h"
 #include "dual_proxy/perception/force_space_particle_filter.h"
 #include "params.h"
 
@@ -61,7 +63,7 @@ const char* Update(const Algorithm& algorithm, const py::object& sensed_force,
 }
 
 /** As a matrix; empty if it is not of shape (3, k) with k <= kMaxPriors. */
-std::optional<Eigen::Matrix3Xd> PriorFromArray(
+std::optional<Eigen::Matrix3Xd> NormalsFromArray(
     const py::array_t<double, py::array::forcecast>& array) {
   if (array.ndim() != 2 || array.shape(0) != 3 ||
       array.shape(1) > Algorithm::kMaxPriors) {
@@ -79,7 +81,7 @@ void SetPrior(const Algorithm& algorithm, const py::object& normals,
               std::optional<double> std, State* state) {
   const char* expected = "(3, k) with k <= 8";
   const auto array = AsArray(normals, "normals", expected);
-  const auto matrix = PriorFromArray(array);
+  const auto matrix = NormalsFromArray(array);
   if (!matrix) ThrowShape("normals", expected, array);
   if (std && !(*std > 0 && *std <= std::numbers::pi)) {
     throw py::value_error("std: expected a number in (0, pi], got " +
@@ -97,7 +99,7 @@ const char* OfferPrior(const Algorithm& algorithm, const py::object& normals,
                        State* state) {
   const auto array = py::array_t<double, py::array::forcecast>::ensure(normals);
   if (!array) PyErr_Clear();
-  const auto matrix = array ? PriorFromArray(array) : std::nullopt;
+  const auto matrix = array ? NormalsFromArray(array) : std::nullopt;
   if (!matrix) {
     ++state->bad_inputs;
     return EnumToString(FilterStatus::kBadInput);
@@ -143,6 +145,118 @@ void DefResult(py::class_<Class>* cls, GetState get) {
   def("all_weights_zero", &State::all_weights_zero,
       "Number of updates in which nothing was likely.");
   def("bad_inputs", &State::bad_inputs, "Number of calls refused.");
+}
+
+void BindContactHistory(py::module_& m) {
+  using History = ContactHistory;
+  using Params = ContactHistoryParams;
+  using State = ContactHistoryState;
+
+  BindParams<Params>(m, "ContactHistoryParams", "Parameters of ContactHistory.")
+      .Field("period", &Params::period,
+             "s, > 0, time between updates, default 1/15")
+      .Field("cell_size", &Params::cell_size,
+             "m, 1e-4 to 1: edge of the cells in which normals are averaged, "
+             "default 0.02")
+      .Field("capacity", &Params::capacity,
+             "number of cells remembered, 1 to 1000000, default 1024")
+      .Field("radius", &Params::radius,
+             "m, 0 to 2 cell_size: how near a memory must be to count, default "
+             "0.02")
+      .Field("merge_angle", &Params::merge_angle,
+             "rad, 0.01 to 1.5: normals within it are one contact, default "
+             "0.175")
+      .Field("min_age", &Params::min_age,
+             "s, >= 0: a cell that was left more recently does not count, "
+             "default 2")
+      .Field("std_base", &Params::std_base,
+             "rad, > 0: how uncertain a memory of this very point is, default "
+             "0.1")
+      .Field("std_growth", &Params::std_growth,
+             "rad/m, >= 0: what is added per distance from the memory, default "
+             "10");
+
+  const auto def = [](auto* cls, const char* name, auto member,
+                      const char* doc) {
+    cls->def_property_readonly(
+        name, [member](const State& self) { return self.*member; }, doc);
+  };
+  auto state =
+      BindState<State>(m, "ContactHistoryState", "What the history remembers.");
+  def(&state, "updates", &State::updates, "Number of updates carried out.");
+  def(&state, "bad_inputs", &State::bad_inputs, "Number of updates refused.");
+
+  const auto check = [](const History& self, const State& state) {
+    if (self.IsCompatible(state)) return;
+    throw py::value_error(
+        "state: expected that of a history with capacity=" +
+        std::to_string(self.params().capacity) +
+        ", got one with capacity=" + std::to_string(state.cells.size()));
+  };
+  py::class_<History>(
+      m, "ContactHistory",
+      "Remembers which contact normals were believed where, so that a place "
+      "visited again\ngives them as a prior (section IV.C of the paper). Its "
+      "state is made by make_state().\n\nA visit of a cell ends when the tool "
+      "goes on to another, and gives its prior to later\nvisits, not to "
+      "itself. Passing a place without contact notes and erases nothing.")
+      .def(py::init<const Params&>(), py::arg("params") = Params())
+      .def_property_readonly("params",
+                             [](const History& self) { return self.params(); })
+      .def("make_state", &History::MakeState, "Nothing remembered.")
+      .def(
+          "update",
+          [check](const History& self, const py::object& position,
+                  const py::object& normals, State* state) {
+            check(self, *state);
+            const char* expected = "(3, d) with d <= 8";
+            const auto array = AsArray(normals, "normals", expected);
+            const auto matrix = NormalsFromArray(array);
+            if (!matrix) ThrowShape("normals", expected, array);
+            return EnumToString(
+                self.Update(Vec3(position, "position"), *matrix, state));
+          },
+          py::arg("position"), py::arg("normals"), py::arg("state").none(false),
+          "Notes what is believed here.\n\n"
+          "position: p_BE, (3,), m, in B: where the tool point is.\n"
+          "normals: (3, d), 0 <= d <= 8, in B, into the surface; normalised "
+          "here.\n"
+          "Returns \"ok\" or \"bad_input\" (not finite, shorter than 1e-6, or "
+          "a million cells away:\nrefused and counted, nothing else changes).")
+      .def(
+          "update_from_selection",
+          [check](const History& self, const py::object& position,
+                  const py::object& force_selection,
+                  const py::object& force_direction, State* state) {
+            check(self, *state);
+            return EnumToString(self.UpdateFromSelection(
+                Vec3(position, "position"),
+                Mat3(force_selection, "force_selection"),
+                Vec3(force_direction, "force_direction"), state));
+          },
+          py::arg("position"), py::arg("force_selection"),
+          py::arg("force_direction"), py::arg("state").none(false),
+          "As update, from what the ports of the filter say.\n\n"
+          "force_selection: Omega_f, (3, 3), in B.\n"
+          "force_direction: U1, (3,), in B; zero without contact.\n"
+          "Notes U1, and where Omega_f is of rank 2 also both directions "
+          "across "
+          "it in force space.")
+      .def(
+          "lookup",
+          [check](const History& self, const py::object& position,
+                  const State& state) {
+            check(self, state);
+            const RememberedContacts prior =
+                self.Lookup(Vec3(position, "position"), state);
+            return std::pair(Eigen::Matrix3Xd(prior.normals), prior.std);
+          },
+          py::arg("position"), py::arg("state"),
+          "What was believed near `position` (p_BE, (3,), m, in B) on earlier "
+          "visits.\n\n"
+          "Returns (normals, std): (3, k), k <= 8, unit normals in B, into the "
+          "surface, of the\nnearest memory first; and how uncertain the least "
+          "sure of them is, rad.");
 }
 
 }  // namespace
@@ -307,6 +421,8 @@ void BindPerception(py::module_& m) {
           "A copy of the state; assign it to go back to it.");
   DefResult(&filter,
             [](const Filter& self) -> const State& { return self.state; });
+
+  BindContactHistory(m);
 }
 
 }  // namespace dual_proxy

@@ -39,7 +39,8 @@ void BindScene(py::module_& m) {
              "Coulomb coefficient between the tool and everything, in [0, 5], "
              "default 0.3")
       .Field("contact_stiffness", &P::contact_stiffness,
-             "N/m, of tool and surface together, in [1, 1e8], default 3e4")
+             "N/m, of tool and surface together, in [1, 1e8], default 3e4; the "
+             "corners of a flat tool share it")
       .Field("contact_dissipation", &P::contact_dissipation,
              "s/m, Hunt-Crossley coefficient d in f = k x (1 + d dx/dt), in "
              "[0, 1000]; for the approximations lagged and similar; default "
@@ -54,6 +55,15 @@ void BindScene(py::module_& m) {
       .Field("time_step", &P::time_step,
              "s, step of the plant, and period of both sides' control, in "
              "[1e-5, 1e-2], default 0.001")
+      .Field(
+          "tool", &P::tool,
+          "\"sphere\": a ball around E, or \"flat\": a square pad, E in the "
+          "middle of its face, that touches with a small ball in each corner; "
+          "default \"sphere\"")
+      .Field(
+          "tool_size", &P::tool_size,
+          "m, between the corners of a flat tool along its edges, in [0.005, "
+          "0.2], default 0.06")
       .Field("tool_mass", &P::tool_mass,
              "kg, of all that is beyond the flange, in [1e-3, 3]; the inertia "
              "scales with it; default 0.2")
@@ -64,15 +74,20 @@ void BindScene(py::module_& m) {
              "(0.45, 0, 0.18)");
   auto& cls = scene.py_class();
   cls.attr("TIP_RADIUS") = kTipRadius;
+  cls.attr("CORNER_RADIUS") = kCornerRadius;
   cls.attr("TOOL_MASS") = kToolMass;
   cls.attr("TOOL_COM_S") =
       py::make_tuple(kToolCom.x(), kToolCom.y(), kToolCom.z());
   cls.def(
          "all_boxes", [](const P& self) { return AsTuple(self.AllBoxes()); },
          "The table followed by `boxes`, as BoxParams.")
+      .def(
+          "corners", [](const P& self) { return AsTuple(self.Corners()); },
+          "Centres of a flat tool's corners, four (3,), m, in E.")
       .def_property_readonly(
           "contact_height", &P::contact_height,
-          "Height of the tool point when the tool touches the table, m.");
+          "Height of the tool point when the tool, pointing down, touches the "
+          "table, m.");
 }
 
 void BindLinkAndOperator(py::module_& m) {
@@ -90,7 +105,10 @@ void BindLinkAndOperator(py::module_& m) {
   using W = Waypoint;
   BindParams<W>(m, "Waypoint", "A place to be at rest at a time.")
       .Field("time", &W::time, "s, in [0, 3600]")
-      .Field("position", &W::position, "(3,), m, in B, in [-2, 2]");
+      .Field("position", &W::position, "(3,), m, in B, in [-2, 2]")
+      .Field("rotation", &W::rotation,
+             "(3,), rad, in B, in [-pi, pi]: rotation vector of the tool from "
+             "map.R_cw, default 0");
 
   using O = OperatorParams;
   BindParams<O>(m, "OperatorParams",
@@ -107,6 +125,17 @@ void BindLinkAndOperator(py::module_& m) {
 }
 
 void BindScenario(py::module_& m) {
+  using A = AngularFilterParams;
+  BindParams<A>(m, "AngularFilterParams",
+                "The angular filter: a force-space particle filter of moments "
+                "and angular\nvelocity. In a scenario the keys of `filter` "
+                "stand directly in `angular_filter`.")
+      .Field("enabled", &A::enabled, "whether it runs, default false")
+      .Field("filter", &A::filter,
+             "ForceSpaceParticleFilterParams, with N m for N and rad/s for "
+             "m/s; thresholds by default (0.08, 0.2, 0.02, 0.1) for update, "
+             "(0, 0.05, 0.02, 0.2) for resampling");
+
   using S = Scenario;
   // The defaults alone are no valid scenario: they have no waypoints.
   BindParams<S> scenario(
@@ -134,6 +163,7 @@ void BindScenario(py::module_& m) {
       .Field("robot_proxy", &S::robot_proxy, "RobotSideProxyParams")
       .Field("controller", &S::controller, "OperationalSpaceControllerParams")
       .Field("filter", &S::filter, "ForceSpaceParticleFilterParams")
+      .Field("angular_filter", &S::angular_filter, "AngularFilterParams")
       .Field("haptic_proxy", &S::haptic_proxy, "HapticSideProxyParams")
       .Field("haptic_controller", &S::haptic_controller,
              "HapticControllerParams")
@@ -168,10 +198,12 @@ void BindScenario(py::module_& m) {
             const OperatorPathParams path = self.CalcOperatorPath();
             return py::make_tuple(
                 path.times, Eigen::MatrixX3d(path.points.transpose()),
-                path.interpolation == PathInterpolation::kCubic);
+                path.interpolation == PathInterpolation::kCubic,
+                Eigen::MatrixX3d(path.rotations.transpose()));
           },
           "Where the operator means the tool to go: times (n,), s; positions "
-          "(n, 3), m, in B;\nwhether it is densely sampled. Raises "
+          "(n, 3), m, in B;\nwhether it is densely sampled; rotation vectors "
+          "from map.R_cw, (n, 3), rad, in B, or (0, 3)\nfor none. Raises "
           "ScenarioError if a recording cannot be read.")
       .def(
           "calc_seed",
@@ -181,7 +213,11 @@ void BindScenario(py::module_& m) {
           py::arg("stream"),
           "The seed of a stream of random numbers, from `seed`: of the "
           "\"filter\", the \"sensor\", the\nchannels \"to_robot\" and "
-          "\"to_device\".")
+          "\"to_device\", the \"angular_filter\".")
+      .def_property_readonly(
+          "has_angular_filter", &S::has_angular_filter,
+          "Whether the angular filter runs: it is enabled, and the scheme has "
+          "it.")
       .def("run_duration", &S::CalcRunDuration,
            "How long a run lasts, s; see `extend_for_delay`. Raises "
            "ScenarioError if a recording\ncannot be read.")

@@ -68,7 +68,10 @@ void BindRobotSide(py::module_& m) {
       .Field("sender", &P::sender, "PoseSenderParams")
       .Field("filter_period", &P::filter_period,
              "s, >= period: over which the filter's inputs are averaged, "
-             "default 1/15");
+             "default 1/15")
+      .Field("angular_filter_period", &P::angular_filter_period,
+             "s, >= period: the same of the angular filter; 0, the default, is "
+             "without one");
 
   using M = FilterMeans;
   BindState<M>(m, "FilterMeans",
@@ -77,6 +80,16 @@ void BindRobotSide(py::module_& m) {
       .def_readonly("velocity", &M::velocity, kCopy, "v_BE, (3,), m/s")
       .def_readonly("motion_force", &M::motion_force, kCopy, "F_m, (3,), N")
       .def_readonly("contact_force", &M::contact_force, kCopy, "F_f, (3,), N");
+
+  using A = AngularFilterMeans;
+  BindState<A>(m, "AngularFilterMeans",
+               "Inputs of the angular filter, in B; moments about E.")
+      .def_readonly("sensed_moment", &A::sensed_moment, kCopy, "M_s, (3,), N m")
+      .def_readonly("angular_velocity", &A::angular_velocity, kCopy,
+                    "w_BE, (3,), rad/s")
+      .def_readonly("motion_moment", &A::motion_moment, kCopy, "M_m, (3,), N m")
+      .def_readonly("contact_moment", &A::contact_moment, kCopy,
+                    "M_f, (3,), N m");
 
   using O = RobotSideOutput;
   const auto proxy = [](auto member) {
@@ -113,6 +126,8 @@ void BindRobotSide(py::module_& m) {
       .def_readonly("velocity", &O::v_BE, kCopy, "v_BE, (6,) [linear; angular]")
       .def_readonly("filter_means", &O::filter_means,
                     "means since the filter's last update")
+      .def_readonly("angular_filter_means", &O::angular_filter_means,
+                    "the same of the angular filter, zero without one")
       .def_readonly("message", &O::message, kCopy,
                     "newest PoseMessage to the haptic side")
       .def_readonly("force_message", &O::force_message, kCopy,

@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <optional>
+
+#include <pybind11/stl.h>
+
 #include "dual_proxy/simulation/contact_scene.h"
 #include "dual_proxy/simulation/contact_surface.h"
 #include "dual_proxy/simulation/force_torque_sensor.h"
@@ -23,10 +27,10 @@ Eigen::VectorXd Times(const py::object& value) {
   return array.cast<Eigen::VectorXd>();
 }
 
-Eigen::Matrix3Xd Points(const py::object& value) {
-  const auto array = AsArray(value, "points", "(3, n)");
+Eigen::Matrix3Xd Columns(const py::object& value, const char* name) {
+  const auto array = AsArray(value, name, "(3, n)");
   if (array.ndim() != 2 || array.shape(0) != 3) {
-    ThrowShape("points", "(3, n)", array);
+    ThrowShape(name, "(3, n)", array);
   }
   return array.cast<Eigen::Matrix3Xd>();
 }
@@ -50,25 +54,43 @@ void BindOperator(py::module_& m) {
       "points",
       [](const Params& self) { return ReadOnly(py::cast(self.points)); },
       [](Params& self, const py::object& value) {
-        self.points = Points(value);
+        self.points = Columns(value, "points");
       },
       points_doc);
   params.Field("interpolation", &Params::interpolation,
                "\"minimum_jerk\", \"linear\" or \"cubic\" (recorded motion)");
+  const char* rotations_doc =
+      "(3, n), rad, rotation vectors from the start, in the frame of `points`; "
+      "or (3, 0): no rotation";
+  params.py_class().attr("fields")["rotations"] = rotations_doc;
+  params.py_class().def_property(
+      "rotations",
+      [](const Params& self) { return ReadOnly(py::cast(self.rotations)); },
+      [](Params& self, const py::object& value) {
+        self.rotations = Columns(value, "rotations");
+      },
+      rotations_doc);
   py::class_<OperatorPath>(
       m, "OperatorPath",
       "What the simulated operator intends: a path through given points at "
       "given times,\nat rest before the first and after the last.")
       .def(py::init<const Params&>(), py::arg("params") = Params())
       .def(py::init([](const py::object& times, const py::object& points,
-                       const py::object& interpolation) {
-             return OperatorPath({Times(times), Points(points),
-                                  EnumFromPython<PathInterpolation>(
-                                      interpolation, "interpolation")});
+                       const py::object& interpolation,
+                       const std::optional<py::object>& rotations) {
+             return OperatorPath(
+                 {.times = Times(times),
+                  .points = Columns(points, "points"),
+                  .interpolation = EnumFromPython<PathInterpolation>(
+                      interpolation, "interpolation"),
+                  .rotations = rotations ? Columns(*rotations, "rotations")
+                                         : Eigen::Matrix3Xd(3, 0)});
            }),
            py::arg("times"), py::arg("points"),
            py::arg("interpolation") = "minimum_jerk",
-           "times: (n,), s. points: (3, n), m.")
+           py::arg("rotations") = py::none(),
+           "times: (n,), s. points: (3, n), m. rotations: (3, n), rad, or "
+           "(3, 0) for none.")
       .def_property_readonly(
           "params", [](const OperatorPath& self) { return self.params(); })
       .def(
@@ -79,7 +101,13 @@ void BindOperator(py::module_& m) {
           },
           py::arg("time"),
           "Intended (position, velocity) at a time (s): (3,), m and (3,), m/s, "
-          "in the frame of the points.");
+          "in the frame of the points.")
+      .def(
+          "calc_rotation",
+          [](const OperatorPath& self, double time) {
+            return self.Calc(time).rotation;
+          },
+          py::arg("time"), "Intended rotation from the start, (3, 3).");
 }
 
 void BindHapticDevice(py::module_& m) {

@@ -29,14 +29,14 @@ def test_installed_package_is_typed_and_has_its_data():
     package = resources.files("dual_proxy")
     for name in ("py.typed", "_core.pyi", "models/panda.urdf"):
         assert package.joinpath(name).is_file(), name
-    assert dp.list_scenarios() == ["plane"]
+    assert dp.list_scenarios() == ["flat_tool", "plane"]
 
 
 def test_all_public_names_exist():
     for name in dp.__all__:
         assert getattr(dp, name) is not None
     compiled = {name for name in dir(dp._core) if not name.startswith("_")}
-    internal = {"FilterMeans"}
+    internal = {"AngularFilterMeans", "FilterMeans"}
     assert compiled - internal <= set(dp.__all__)
 
 

@@ -14,12 +14,16 @@ import importlib
 from typing import TYPE_CHECKING
 
 from dual_proxy._core import (
+    AngularFilterParams,
     ArmModel,
     ArmModelParams,
     BoxParams,
     CommunicationChannel,
     CommunicationChannelParams,
     CommunicationChannelState,
+    ContactHistory,
+    ContactHistoryParams,
+    ContactHistoryState,
     ContactScene,
     ContactSceneParams,
     ContactSurface,
@@ -131,12 +135,16 @@ if TYPE_CHECKING:
     from dual_proxy import station, systems
 
 __all__ = [
+    "AngularFilterParams",
     "ArmModel",
     "ArmModelParams",
     "BoxParams",
     "CommunicationChannel",
     "CommunicationChannelParams",
     "CommunicationChannelState",
+    "ContactHistory",
+    "ContactHistoryParams",
+    "ContactHistoryState",
     "ContactScene",
     "ContactSceneParams",
     "ContactSurface",

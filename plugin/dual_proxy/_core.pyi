@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterMeans', 'AngularFilterParams', 'ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -1533,121 +1533,13 @@ class ForceSpaceParticleFilterThresholds:
     @velocity_low.setter
     def velocity_low(self, arg1: typing.Any) -> None:
         ...
-class FrictionConeParams:
-    """
-    What likelihood "friction_cone" knows of sensors and surfaces; nothing is per update.
-    """
-    __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('force_noise', 'velocity_noise', 'sliding_speed', 'max_friction', 'contact_force', 'loss_force', 'compliance', 'curvature', 'torsion', 'evidence')
-    fields: typing.ClassVar[dict] = {'force_noise': 'sigma_f, N, > 0, of one input per axis, default 0.25', 'velocity_noise': 'sigma_v, m/s, > 0, likewise, default 0.0015', 'sliding_speed': 'm/s, > 0: half of it sticks, 1.5 times it slides, default 0.004', 'max_friction': 'mu, > 0, the most that is thought of, default 0.7', 'contact_force': 'N, > 0: a larger force speaks for a contact, default 0.6', 'loss_force': 'N, >= 0, < contact_force: a smaller one speaks against one that was there, default 0.35', 'compliance': 'm/N, >= 0: how much surface, tool and arm give, default 2e-4', 'curvature': 'rad^2/m, >= 0: variance of the normal per metre of sliding, about the axis across the motion, default 2', 'torsion': 'rad^2/m, >= 0: about the direction of motion, default 0.05', 'evidence': '> 0: log likelihood ratio that adds or drops a contact, default 12'}
-    def __copy__(self) -> FrictionConeParams:
-        ...
-    def __deepcopy__(self, memo: dict) -> FrictionConeParams:
-        ...
-    def __eq__(self, arg0: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> dict:
-        ...
-    def __init__(self, **kwargs) -> None:
-        """
-        Keyword arguments are the fields; the rest have their defaults.
-        Raises TypeError for an unknown field, ValueError for a value out of range.
-        """
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, arg0: dict) -> None:
-        ...
-    def validate(self) -> None:
-        """
-        Raises ValueError naming the field, the range and the value.
-        """
-    @property
-    def compliance(self) -> float:
-        """
-        m/N, >= 0: how much surface, tool and arm give, default 2e-4
-        """
-    @compliance.setter
-    def compliance(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def contact_force(self) -> float:
-        """
-        N, > 0: a larger force speaks for a contact, default 0.6
-        """
-    @contact_force.setter
-    def contact_force(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def curvature(self) -> float:
-        """
-        rad^2/m, >= 0: variance of the normal per metre of sliding, about the axis across the motion, default 2
-        """
-    @curvature.setter
-    def curvature(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def evidence(self) -> float:
-        """
-        > 0: log likelihood ratio that adds or drops a contact, default 12
-        """
-    @evidence.setter
-    def evidence(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def force_noise(self) -> float:
-        """
-        sigma_f, N, > 0, of one input per axis, default 0.25
-        """
-    @force_noise.setter
-    def force_noise(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def loss_force(self) -> float:
-        """
-        N, >= 0, < contact_force: a smaller one speaks against one that was there, default 0.35
-        """
-    @loss_force.setter
-    def loss_force(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def max_friction(self) -> float:
-        """
-        mu, > 0, the most that is thought of, default 0.7
-        """
-    @max_friction.setter
-    def max_friction(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def sliding_speed(self) -> float:
-        """
-        m/s, > 0: half of it sticks, 1.5 times it slides, default 0.004
-        """
-    @sliding_speed.setter
-    def sliding_speed(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def torsion(self) -> float:
-        """
-        rad^2/m, >= 0: about the direction of motion, default 0.05
-        """
-    @torsion.setter
-    def torsion(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def velocity_noise(self) -> float:
-        """
-        sigma_v, m/s, > 0, likewise, default 0.0015
-        """
-    @velocity_noise.setter
-    def velocity_noise(self, arg1: typing.Any) -> None:
-        ...
 class ForceSpaceParticleFilterParams:
     """
     Parameters of ForceSpaceParticleFilter; the defaults are the paper's where it gives a number.
     """
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles', 'prior_std', 'friction_cone')
-    fields: typing.ClassVar[dict] = {'num_particles': 'n_p, 2 to 100000, default 1000', 'period': 's, > 0, time between updates, default 1/15', 'likelihood': '"paper" (eq. 6 to 8) or "friction_cone" (contacts with friction)', 'scatter_mean': 'mean of the scatter per axis and update, -1 to 1, default 0', 'scatter_std': 'standard deviation of the scatter per axis and update, 0 to 1, default 0.025', 'update_thresholds': 'weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s', 'resampling_thresholds': 'weigh every particle, default 0, 3 N, 0.001, 0.01 m/s', 'alpha_add': 'share of the largest singular value above which a direction is added, in (0, 1), default 0.5', 'alpha_remove': 'share below which it is removed, in (0, alpha_add], default 0.1', 'epsilon': 'vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6', 'prior_particles': 'particles that each prior normal adds to an update, 0 to 100000, default 50', 'prior_std': 'rad, in (0, pi], how sure a prior is, default 0.1', 'friction_cone': 'of likelihood "friction_cone"'}
+    _serialized_names: typing.ClassVar[tuple] = ('num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles')
+    fields: typing.ClassVar[dict] = {'num_particles': 'n_p, 2 to 100000, default 1000', 'period': 's, > 0, time between updates, default 1/15', 'likelihood': '"paper"', 'scatter_mean': 'mean of the scatter per axis and update, -1 to 1, default 0', 'scatter_std': 'standard deviation of the scatter per axis and update, 0 to 1, default 0.025', 'update_thresholds': 'weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s', 'resampling_thresholds': 'weigh every particle, default 0, 3 N, 0.001, 0.01 m/s', 'alpha_add': 'share of the largest singular value above which a direction is added, in (0, 1), default 0.5', 'alpha_remove': 'share below which it is removed, in (0, alpha_add], default 0.1', 'epsilon': 'vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6', 'prior_particles': 'particles that each prior normal adds to an update, 0 to 100000, default 50'}
     def __copy__(self) -> ForceSpaceParticleFilterParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceSpaceParticleFilterParams:
@@ -1694,17 +1586,9 @@ class ForceSpaceParticleFilterParams:
     def epsilon(self, arg1: typing.Any) -> None:
         ...
     @property
-    def friction_cone(self) -> FrictionConeParams:
-        """
-        of likelihood "friction_cone"
-        """
-    @friction_cone.setter
-    def friction_cone(self, arg1: typing.Any) -> None:
-        ...
-    @property
     def likelihood(self) -> str:
         """
-        "paper" (eq. 6 to 8) or "friction_cone" (contacts with friction)
+        "paper"
         """
     @likelihood.setter
     def likelihood(self, arg1: typing.Any) -> None:
@@ -1732,14 +1616,6 @@ class ForceSpaceParticleFilterParams:
         """
     @prior_particles.setter
     def prior_particles(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def prior_std(self) -> float:
-        """
-        rad, in (0, pi], how sure a prior is, default 0.1
-        """
-    @prior_std.setter
-    def prior_std(self, arg1: typing.Any) -> None:
         ...
     @property
     def resampling_thresholds(self) -> ForceSpaceParticleFilterThresholds:
@@ -1797,17 +1673,6 @@ class ForceSpaceParticleFilterState:
         0 to 3: number of directions in force space.
         """
     @property
-    def dimension_confidence(self) -> float:
-        """
-        0 to 1: the probability that the dimension is right; 0 with likelihood "paper".
-        """
-    @property
-    def direction_uncertainty(self) -> float:
-        """
-        rad: the true direction is within this angle with 95 %: U1 at dimension 1, U3 at 2.
-        pi/2 at 0 and with likelihood "paper"; 0 at 3.
-        """
-    @property
     def force_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
         """
         Omega_f, (3, 3), in B: orthogonal projection onto force space.
@@ -1857,13 +1722,11 @@ class ForceSpaceParticleFilterAlgorithm:
         As set_prior, but never raises: normals that it would refuse change nothing, are
         counted in `state.bad_inputs`, and give "bad_input" instead of "ok".
         """
-    def set_prior(self, normals: typing.Any, state: ForceSpaceParticleFilterState, std: ... = None) -> None:
+    def set_prior(self, normals: typing.Any, state: ForceSpaceParticleFilterState) -> None:
         """
         Replaces the expected normals, which hold until they are replaced.
         
         normals: (3, k), 0 <= k <= 8, in B, into the surface; normalised here.
-        std: rad, in (0, pi], how sure they are (standard deviation per axis); params.prior_std
-        if None.
         Raises ValueError unless all are finite and longer than epsilon.
         """
     def update(self, sensed_force: typing.Any, velocity: typing.Any, motion_force: typing.Any, contact_force: typing.Any, state: ForceSpaceParticleFilterState) -> str:
@@ -1890,13 +1753,11 @@ class ForceSpaceParticleFilter:
         """
         Starts again, as if new.
         """
-    def set_prior(self, normals: typing.Any, std: ... = None) -> None:
+    def set_prior(self, normals: typing.Any) -> None:
         """
         Replaces the expected normals, which hold until they are replaced.
         
         normals: (3, k), 0 <= k <= 8, in B, into the surface; normalised here.
-        std: rad, in (0, pi], how sure they are (standard deviation per axis); params.prior_std
-        if None.
         Raises ValueError unless all are finite and longer than epsilon.
         """
     def update(self, sensed_force: typing.Any, velocity: typing.Any, motion_force: typing.Any, contact_force: typing.Any) -> str:
@@ -1923,17 +1784,6 @@ class ForceSpaceParticleFilter:
     def dimension(self) -> int:
         """
         0 to 3: number of directions in force space.
-        """
-    @property
-    def dimension_confidence(self) -> float:
-        """
-        0 to 1: the probability that the dimension is right; 0 with likelihood "paper".
-        """
-    @property
-    def direction_uncertainty(self) -> float:
-        """
-        rad: the true direction is within this angle with 95 %: U1 at dimension 1, U3 at 2.
-        pi/2 at 0 and with likelihood "paper"; 0 at 3.
         """
     @property
     def force_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
@@ -2318,8 +2168,8 @@ class OperationalSpaceControllerParams:
     Parameters of OperationalSpaceController.
     """
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('position_stiffness', 'position_damping', 'rotation_stiffness', 'rotation_damping', 'force_gain', 'force_integral_gain', 'force_damping', 'max_integral_force', 'moment_gain', 'moment_integral_gain', 'moment_damping', 'max_integral_moment', 'force_filter_cutoff', 'feed_forward', 'selection_blend_time', 'passivity', 'force_passivity', 'moment_passivity', 'unit_mass_motion_force', 'q_rest', 'posture_stiffness', 'posture_damping', 'max_mass', 'characteristic_length', 'torque_limit', 'torque_rate_limit', 'period')
-    fields: typing.ClassVar[dict] = {'position_stiffness': 'Kpm, 1/s^2, >= 0, default 500', 'position_damping': 'Kvm, 1/s, >= 0, default 40', 'rotation_stiffness': '1/s^2, >= 0, default 600', 'rotation_damping': '1/s, >= 0, default 38', 'force_gain': 'Kpf, >= 0, default 2.5', 'force_integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'force_damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': 'N, >= 0, default 10', 'moment_gain': '>= 0, default 2.5', 'moment_integral_gain': '1/s, >= 0, default 5.5', 'moment_damping': 'N m s/rad, >= 0, default 0.8', 'max_integral_moment': 'N m, >= 0, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100', 'feed_forward': "proxy's velocity and acceleration fed forward; false: as printed; default true", 'selection_blend_time': 's, >= 0; 0 switches at once, as printed; default 0.03', 'passivity': 'passivity controllers on; default true', 'force_passivity': 'of the force loop; its enabled and period are ignored', 'moment_passivity': 'of the moment loop; its enabled and period are ignored', 'unit_mass_motion_force': 'output motion_force is Lambda^-1 F_m; false: F_m as printed; default true', 'q_rest': '(7,), rad: posture in the null space', 'posture_stiffness': '1/s^2, >= 0, default 25', 'posture_damping': '1/s, >= 0, default 10', 'max_mass': 'kg, > 0: bound of the apparent mass, default 50', 'characteristic_length': 'm, > 0: turns inertia into mass for max_mass, default 0.2', 'torque_limit': '(7,), N m, > 0', 'torque_rate_limit': 'N m/s, > 0, default 1000', 'period': 's, > 0, default 0.001'}
+    _serialized_names: typing.ClassVar[tuple] = ('position_stiffness', 'position_damping', 'rotation_stiffness', 'rotation_damping', 'force_gain', 'force_integral_gain', 'force_damping', 'max_integral_force', 'moment_gain', 'moment_integral_gain', 'moment_damping', 'max_integral_moment', 'force_filter_cutoff', 'feed_forward', 'selection_blend_time', 'passivity', 'force_passivity', 'moment_passivity', 'unit_mass_motion_force', 'unit_inertia_motion_moment', 'q_rest', 'posture_stiffness', 'posture_damping', 'max_mass', 'characteristic_length', 'torque_limit', 'torque_rate_limit', 'period')
+    fields: typing.ClassVar[dict] = {'position_stiffness': 'Kpm, 1/s^2, >= 0, default 500', 'position_damping': 'Kvm, 1/s, >= 0, default 40', 'rotation_stiffness': '1/s^2, >= 0, default 600', 'rotation_damping': '1/s, >= 0, default 38', 'force_gain': 'Kpf, >= 0, default 2.5', 'force_integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'force_damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': 'N, >= 0, default 10', 'moment_gain': '>= 0, default 2.5', 'moment_integral_gain': '1/s, >= 0, default 5.5', 'moment_damping': 'N m s/rad, >= 0, default 0.8', 'max_integral_moment': 'N m, >= 0, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100', 'feed_forward': "proxy's velocity and acceleration fed forward; false: as printed; default true", 'selection_blend_time': 's, >= 0; 0 switches at once, as printed; default 0.03', 'passivity': 'passivity controllers on; default true', 'force_passivity': 'of the force loop; its enabled and period are ignored', 'moment_passivity': 'of the moment loop; its enabled and period are ignored', 'unit_mass_motion_force': 'output motion_force is Lambda^-1 F_m; false: F_m as printed; default true', 'unit_inertia_motion_moment': 'output motion_moment is the command of a unit inertia; false: M_m, N m; default false', 'q_rest': '(7,), rad: posture in the null space', 'posture_stiffness': '1/s^2, >= 0, default 25', 'posture_damping': '1/s, >= 0, default 10', 'max_mass': 'kg, > 0: bound of the apparent mass, default 50', 'characteristic_length': 'm, > 0: turns inertia into mass for max_mass, default 0.2', 'torque_limit': '(7,), N m, > 0', 'torque_rate_limit': 'N m/s, > 0, default 1000', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> OperationalSpaceControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperationalSpaceControllerParams:
@@ -2548,6 +2398,14 @@ class OperationalSpaceControllerParams:
         """
     @torque_rate_limit.setter
     def torque_rate_limit(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def unit_inertia_motion_moment(self) -> bool:
+        """
+        output motion_moment is the command of a unit inertia; false: M_m, N m; default false
+        """
+    @unit_inertia_motion_moment.setter
+    def unit_inertia_motion_moment(self, arg1: typing.Any) -> None:
         ...
     @property
     def unit_mass_motion_force(self) -> bool:
@@ -2870,7 +2728,7 @@ class OperatorPathParams:
     Parameters of OperatorPath: where the operator wants the tool or the handle, and when.
     """
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'times': '(n,), s, strictly increasing, n >= 1', 'points': '(3, n), m, one column per time, in B for the tool or D for the handle', 'interpolation': '"minimum_jerk", "linear" or "cubic" (recorded motion)'}
+    fields: typing.ClassVar[dict] = {'times': '(n,), s, strictly increasing, n >= 1', 'points': '(3, n), m, one column per time, in B for the tool or D for the handle', 'interpolation': '"minimum_jerk", "linear" or "cubic" (recorded motion)', 'rotations': '(3, n), rad, rotation vectors from the start, in the frame of `points`; or (3, 0): no rotation'}
     def __copy__(self) -> OperatorPathParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperatorPathParams:
@@ -2909,6 +2767,14 @@ class OperatorPathParams:
     def points(self, arg1: typing.Any) -> None:
         ...
     @property
+    def rotations(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (3, n), rad, rotation vectors from the start, in the frame of `points`; or (3, 0): no rotation
+        """
+    @rotations.setter
+    def rotations(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def times(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
         """
         (n,), s, strictly increasing, n >= 1
@@ -2925,13 +2791,17 @@ class OperatorPath:
     def __init__(self, params: OperatorPathParams = ...) -> None:
         ...
     @typing.overload
-    def __init__(self, times: typing.Any, points: typing.Any, interpolation: typing.Any = 'minimum_jerk') -> None:
+    def __init__(self, times: typing.Any, points: typing.Any, interpolation: typing.Any = 'minimum_jerk', rotations: typing.Any | None = None) -> None:
         """
-        times: (n,), s. points: (3, n), m.
+        times: (n,), s. points: (3, n), m. rotations: (3, n), rad, or (3, 0) for none.
         """
     def calc(self, time: typing.SupportsFloat | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]]:
         """
         Intended (position, velocity) at a time (s): (3,), m and (3,), m/s, in the frame of the points.
+        """
+    def calc_rotation(self, time: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        Intended rotation from the start, (3, 3).
         """
     @property
     def params(self) -> OperatorPathParams:
@@ -3733,7 +3603,7 @@ class RobotSideParams:
     Parameters of RobotSide; all `period` fields are the same.
     """
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'sender': 'PoseSenderParams', 'filter_period': "s, >= period: over which the filter's inputs are averaged, default 1/15"}
+    fields: typing.ClassVar[dict] = {'proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'sender': 'PoseSenderParams', 'filter_period': "s, >= period: over which the filter's inputs are averaged, default 1/15", 'angular_filter_period': 's, >= period: the same of the angular filter; 0, the default, is without one'}
     def __copy__(self) -> RobotSideParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideParams:
@@ -3755,6 +3625,14 @@ class RobotSideParams:
         """
         Raises ValueError naming the field, the range and the value.
         """
+    @property
+    def angular_filter_period(self) -> float:
+        """
+        s, >= period: the same of the angular filter; 0, the default, is without one
+        """
+    @angular_filter_period.setter
+    def angular_filter_period(self, arg1: typing.Any) -> None:
+        ...
     @property
     def controller(self) -> OperationalSpaceControllerParams:
         """
@@ -3815,6 +3693,34 @@ class FilterMeans:
         """
         v_BE, (3,), m/s
         """
+class AngularFilterMeans:
+    """
+    Inputs of the angular filter, in B; moments about E.
+    """
+    def __copy__(self) -> AngularFilterMeans:
+        ...
+    def __deepcopy__(self, memo: dict) -> AngularFilterMeans:
+        ...
+    @property
+    def angular_velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        w_BE, (3,), rad/s
+        """
+    @property
+    def contact_moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        M_f, (3,), N m
+        """
+    @property
+    def motion_moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        M_m, (3,), N m
+        """
+    @property
+    def sensed_moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        M_s, (3,), N m
+        """
 class RobotSideOutput:
     """
     Results of one cycle, in B.
@@ -3826,6 +3732,11 @@ class RobotSideOutput:
     def as_vector(self) -> numpy.typing.NDArray[numpy.float64]:
         """
         All signals as one flat float64 vector, by `output_layout()`.
+        """
+    @property
+    def angular_filter_means(self) -> AngularFilterMeans:
+        """
+        the same of the angular filter, zero without one
         """
     @property
     def bad_inputs(self) -> int:
@@ -4194,12 +4105,13 @@ class PandaSceneParams:
     """
     The simulated arm's surroundings and how contact is computed.
     """
+    CORNER_RADIUS: typing.ClassVar[float] = 0.005
     TIP_RADIUS: typing.ClassVar[float] = 0.01
     TOOL_COM_S: typing.ClassVar[tuple] = (0.0, 0.0, 0.035)
     TOOL_MASS: typing.ClassVar[float] = 0.2
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('table_height', 'table_center', 'table_size', 'boxes', 'friction', 'contact_stiffness', 'contact_dissipation', 'relaxation_time', 'contact_approximation', 'time_step', 'tool_mass', 'gravity', 'start_position')
-    fields: typing.ClassVar[dict] = {'table_height': "m, height of the table's top over B, in [1e-3, 1.5]; the table stands on z = 0; default 0.1", 'table_center': "(2,), m, x and y of the table's centre, default (0.5, 0)", 'table_size': '(2,), m, edge lengths along x and y, in [1e-3, 10], default (0.6, 0.8)', 'boxes': 'further BoxParams that the tool can touch (walls, steps)', 'friction': 'Coulomb coefficient between the tool and everything, in [0, 5], default 0.3', 'contact_stiffness': 'N/m, of tool and surface together, in [1, 1e8], default 3e4', 'contact_dissipation': 's/m, Hunt-Crossley coefficient d in f = k x (1 + d dx/dt), in [0, 1000]; for the approximations lagged and similar; default 10', 'relaxation_time': 's, linear dissipation in place of contact_dissipation for sap, in [0, 10], default 0.01', 'contact_approximation': '"lagged", "similar" or "sap": Drake\'s discrete contact approximation; the first two keep Coulomb\'s law without sap\'s gap of friction * time_step * slip; default "lagged"', 'time_step': "s, step of the plant, and period of both sides' control, in [1e-5, 1e-2], default 0.001", 'tool_mass': 'kg, of all that is beyond the flange, in [1e-3, 3]; the inertia scales with it; default 0.2', 'gravity': 'm/s^2, along -z of B, in [0, 100], default 9.81', 'start_position': '(3,), m, in B, of the tool point at time 0, in [-2, 2], default (0.45, 0, 0.18)'}
+    _serialized_names: typing.ClassVar[tuple] = ('table_height', 'table_center', 'table_size', 'boxes', 'friction', 'contact_stiffness', 'contact_dissipation', 'relaxation_time', 'contact_approximation', 'time_step', 'tool', 'tool_size', 'tool_mass', 'gravity', 'start_position')
+    fields: typing.ClassVar[dict] = {'table_height': "m, height of the table's top over B, in [1e-3, 1.5]; the table stands on z = 0; default 0.1", 'table_center': "(2,), m, x and y of the table's centre, default (0.5, 0)", 'table_size': '(2,), m, edge lengths along x and y, in [1e-3, 10], default (0.6, 0.8)', 'boxes': 'further BoxParams that the tool can touch (walls, steps)', 'friction': 'Coulomb coefficient between the tool and everything, in [0, 5], default 0.3', 'contact_stiffness': 'N/m, of tool and surface together, in [1, 1e8], default 3e4; the corners of a flat tool share it', 'contact_dissipation': 's/m, Hunt-Crossley coefficient d in f = k x (1 + d dx/dt), in [0, 1000]; for the approximations lagged and similar; default 10', 'relaxation_time': 's, linear dissipation in place of contact_dissipation for sap, in [0, 10], default 0.01', 'contact_approximation': '"lagged", "similar" or "sap": Drake\'s discrete contact approximation; the first two keep Coulomb\'s law without sap\'s gap of friction * time_step * slip; default "lagged"', 'time_step': "s, step of the plant, and period of both sides' control, in [1e-5, 1e-2], default 0.001", 'tool': '"sphere": a ball around E, or "flat": a square pad, E in the middle of its face, that touches with a small ball in each corner; default "sphere"', 'tool_size': 'm, between the corners of a flat tool along its edges, in [0.005, 0.2], default 0.06', 'tool_mass': 'kg, of all that is beyond the flange, in [1e-3, 3]; the inertia scales with it; default 0.2', 'gravity': 'm/s^2, along -z of B, in [0, 100], default 9.81', 'start_position': '(3,), m, in B, of the tool point at time 0, in [-2, 2], default (0.45, 0, 0.18)'}
     def __copy__(self) -> PandaSceneParams:
         ...
     def __deepcopy__(self, memo: dict) -> PandaSceneParams:
@@ -4220,6 +4132,10 @@ class PandaSceneParams:
     def all_boxes(self) -> tuple:
         """
         The table followed by `boxes`, as BoxParams.
+        """
+    def corners(self) -> tuple:
+        """
+        Centres of a flat tool's corners, four (3,), m, in E.
         """
     def validate(self) -> None:
         """
@@ -4252,12 +4168,12 @@ class PandaSceneParams:
     @property
     def contact_height(self) -> float:
         """
-        Height of the tool point when the tool touches the table, m.
+        Height of the tool point when the tool, pointing down, touches the table, m.
         """
     @property
     def contact_stiffness(self) -> float:
         """
-        N/m, of tool and surface together, in [1, 1e8], default 3e4
+        N/m, of tool and surface together, in [1, 1e8], default 3e4; the corners of a flat tool share it
         """
     @contact_stiffness.setter
     def contact_stiffness(self, arg1: typing.Any) -> None:
@@ -4327,12 +4243,28 @@ class PandaSceneParams:
     def time_step(self, arg1: typing.Any) -> None:
         ...
     @property
+    def tool(self) -> str:
+        """
+        "sphere": a ball around E, or "flat": a square pad, E in the middle of its face, that touches with a small ball in each corner; default "sphere"
+        """
+    @tool.setter
+    def tool(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def tool_mass(self) -> float:
         """
         kg, of all that is beyond the flange, in [1e-3, 3]; the inertia scales with it; default 0.2
         """
     @tool_mass.setter
     def tool_mass(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tool_size(self) -> float:
+        """
+        m, between the corners of a flat tool along its edges, in [0.005, 0.2], default 0.06
+        """
+    @tool_size.setter
+    def tool_size(self, arg1: typing.Any) -> None:
         ...
 class LinkParams:
     """
@@ -4401,8 +4333,8 @@ class Waypoint:
     A place to be at rest at a time.
     """
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('time', 'position')
-    fields: typing.ClassVar[dict] = {'time': 's, in [0, 3600]', 'position': '(3,), m, in B, in [-2, 2]'}
+    _serialized_names: typing.ClassVar[tuple] = ('time', 'position', 'rotation')
+    fields: typing.ClassVar[dict] = {'time': 's, in [0, 3600]', 'position': '(3,), m, in B, in [-2, 2]', 'rotation': '(3,), rad, in B, in [-pi, pi]: rotation vector of the tool from map.R_cw, default 0'}
     def __copy__(self) -> Waypoint:
         ...
     def __deepcopy__(self, memo: dict) -> Waypoint:
@@ -4431,6 +4363,14 @@ class Waypoint:
         """
     @position.setter
     def position(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def rotation(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), rad, in B, in [-pi, pi]: rotation vector of the tool from map.R_cw, default 0
+        """
+    @rotation.setter
+    def rotation(self, arg1: typing.Any) -> None:
         ...
     @property
     def time(self) -> float:
@@ -4492,6 +4432,51 @@ class OperatorParams:
     @waypoints.setter
     def waypoints(self, arg1: typing.Any) -> None:
         ...
+class AngularFilterParams:
+    """
+    The angular filter: a force-space particle filter of moments and angular
+    velocity. In a scenario the keys of `filter` stand directly in `angular_filter`.
+    """
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('enabled', 'num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles')
+    fields: typing.ClassVar[dict] = {'enabled': 'whether it runs, default false', 'filter': 'ForceSpaceParticleFilterParams, with N m for N and rad/s for m/s; thresholds by default (0.08, 0.2, 0.02, 0.1) for update, (0, 0.05, 0.02, 0.2) for resampling'}
+    def __copy__(self) -> AngularFilterParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> AngularFilterParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def enabled(self) -> bool:
+        """
+        whether it runs, default false
+        """
+    @enabled.setter
+    def enabled(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def filter(self) -> ForceSpaceParticleFilterParams:
+        """
+        ForceSpaceParticleFilterParams, with N m for N and rad/s for m/s; thresholds by default (0.08, 0.2, 0.02, 0.1) for update, (0, 0.05, 0.02, 0.2) for resampling
+        """
+    @filter.setter
+    def filter(self, arg1: typing.Any) -> None:
+        ...
 class Scenario:
     """
     The fields of a scenario. Use dual_proxy.Scenario, which adds mappings and YAML.
@@ -4499,8 +4484,8 @@ class Scenario:
     LAWS: typing.ClassVar[tuple] = ('default', 'printed')
     SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force')
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('description', 'robot', 'scheme', 'law', 'duration', 'extend_for_delay', 'seed', 'scene', 'map', 'link', 'robot_proxy', 'controller', 'filter', 'haptic_proxy', 'haptic_controller', 'position_force', 'device', 'sensor', 'operator', 'overrides')
-    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': '"panda"', 'scheme': '"dual_proxy" or "position_force", the two-channel baseline', 'law': '"default", this project\'s, or "printed", the paper\'s to the letter', 'duration': 's, in [0.001, 3600], default 20', 'extend_for_delay': "lengthen the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off; default true", 'seed': 'of everything random, >= 0, default 0', 'scene': 'PandaSceneParams', 'map': 'WorkspaceMapParams; its p_cw is a copy', 'link': 'LinkParams', 'robot_proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'filter': 'ForceSpaceParticleFilterParams', 'haptic_proxy': 'HapticSideProxyParams', 'haptic_controller': 'HapticControllerParams', 'position_force': 'PositionForceHapticSideParams', 'device': 'SimulatedHapticDeviceParams', 'sensor': 'ForceTorqueSensorParams', 'operator': 'OperatorParams'}
+    _serialized_names: typing.ClassVar[tuple] = ('description', 'robot', 'scheme', 'law', 'duration', 'extend_for_delay', 'seed', 'scene', 'map', 'link', 'robot_proxy', 'controller', 'filter', 'angular_filter', 'haptic_proxy', 'haptic_controller', 'position_force', 'device', 'sensor', 'operator', 'overrides')
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': '"panda"', 'scheme': '"dual_proxy" or "position_force", the two-channel baseline', 'law': '"default", this project\'s, or "printed", the paper\'s to the letter', 'duration': 's, in [0.001, 3600], default 20', 'extend_for_delay': "lengthen the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off; default true", 'seed': 'of everything random, >= 0, default 0', 'scene': 'PandaSceneParams', 'map': 'WorkspaceMapParams; its p_cw is a copy', 'link': 'LinkParams', 'robot_proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'filter': 'ForceSpaceParticleFilterParams', 'angular_filter': 'AngularFilterParams', 'haptic_proxy': 'HapticSideProxyParams', 'haptic_controller': 'HapticControllerParams', 'position_force': 'PositionForceHapticSideParams', 'device': 'SimulatedHapticDeviceParams', 'sensor': 'ForceTorqueSensorParams', 'operator': 'OperatorParams'}
     def __copy__(self) -> Scenario:
         ...
     def __deepcopy__(self, memo: dict) -> Scenario:
@@ -4522,10 +4507,11 @@ class Scenario:
         """
         Sets what `scheme` and `law` decide.
         """
-    def _calc_operator_path(self) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], bool]:
+    def _calc_operator_path(self) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], bool, typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]]:
         """
         Where the operator means the tool to go: times (n,), s; positions (n, 3), m, in B;
-        whether it is densely sampled. Raises ScenarioError if a recording cannot be read.
+        whether it is densely sampled; rotation vectors from map.R_cw, (n, 3), rad, in B, or (0, 3)
+        for none. Raises ScenarioError if a recording cannot be read.
         """
     def _read(self, mapping: dict) -> None:
         """
@@ -4539,7 +4525,7 @@ class Scenario:
     def calc_seed(self, stream: str) -> int:
         """
         The seed of a stream of random numbers, from `seed`: of the "filter", the "sensor", the
-        channels "to_robot" and "to_device".
+        channels "to_robot" and "to_device", the "angular_filter".
         """
     def reachable(self, points: typing.Any) -> typing.Annotated[numpy.typing.NDArray[numpy.bool], "[m, 1]"]:
         """
@@ -4557,6 +4543,14 @@ class Scenario:
         """
         Raises ValueError naming the field, the range and the value.
         """
+    @property
+    def angular_filter(self) -> AngularFilterParams:
+        """
+        AngularFilterParams
+        """
+    @angular_filter.setter
+    def angular_filter(self, arg1: typing.Any) -> None:
+        ...
     @property
     def controller(self) -> OperationalSpaceControllerParams:
         """
@@ -4621,6 +4615,11 @@ class Scenario:
     @haptic_proxy.setter
     def haptic_proxy(self, arg1: typing.Any) -> None:
         ...
+    @property
+    def has_angular_filter(self) -> bool:
+        """
+        Whether the angular filter runs: it is enabled, and the scheme has it.
+        """
     @property
     def law(self) -> str:
         """
@@ -4717,254 +4716,30 @@ class Scenario:
     @sensor.setter
     def sensor(self, arg1: typing.Any) -> None:
         ...
-class FilterTrialParams:
+class _RotationTruth:
     """
-    Parameters of run_filter_trial(). `seed` decides what is not here: the scene's
-    orientation, details of the path, stiffness of contact and controller, the tool's
-    radius, the noise, and when the first update is.
-    """
-    __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'scene': '"free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing" or "soft", default "plane"', 'drive': '"closed_loop" (point robot with the filter\'s selections), "true_selection" (with the true ones, 20 ms late) or "kinematic" (no dynamics), default "closed_loop"', 'friction': 'mu, 0 to 2, default 0.3', 'speed': 'm/s, > 0: of sliding, default 0.05', 'force': 'N, > 0: of pressing, default 6', 'force_noise': "N, >= 0: std per axis on each update's mean, default 0.2", 'velocity_noise': 'm/s, >= 0: likewise, default 0.0005', 'hold_time': 's, >= 0: of pressing still, default 0.7', 'seed': '>= 0, default 0'}
-    def __copy__(self) -> FilterTrialParams:
-        ...
-    def __deepcopy__(self, memo: dict) -> FilterTrialParams:
-        ...
-    def __eq__(self, arg0: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> dict:
-        ...
-    def __init__(self, **kwargs) -> None:
-        """
-        Keyword arguments are the fields; the rest have their defaults.
-        Raises TypeError for an unknown field, ValueError for a value out of range.
-        """
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, arg0: dict) -> None:
-        ...
-    def validate(self) -> None:
-        """
-        Raises ValueError naming the field, the range and the value.
-        """
-    @property
-    def drive(self) -> str:
-        """
-        "closed_loop" (point robot with the filter's selections), "true_selection" (with the true ones, 20 ms late) or "kinematic" (no dynamics), default "closed_loop"
-        """
-    @drive.setter
-    def drive(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def force(self) -> float:
-        """
-        N, > 0: of pressing, default 6
-        """
-    @force.setter
-    def force(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def force_noise(self) -> float:
-        """
-        N, >= 0: std per axis on each update's mean, default 0.2
-        """
-    @force_noise.setter
-    def force_noise(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def friction(self) -> float:
-        """
-        mu, 0 to 2, default 0.3
-        """
-    @friction.setter
-    def friction(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def hold_time(self) -> float:
-        """
-        s, >= 0: of pressing still, default 0.7
-        """
-    @hold_time.setter
-    def hold_time(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def scene(self) -> str:
-        """
-        "free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing" or "soft", default "plane"
-        """
-    @scene.setter
-    def scene(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def seed(self) -> int:
-        """
-        >= 0, default 0
-        """
-    @seed.setter
-    def seed(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def speed(self) -> float:
-        """
-        m/s, > 0: of sliding, default 0.05
-        """
-    @speed.setter
-    def speed(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def velocity_noise(self) -> float:
-        """
-        m/s, >= 0: likewise, default 0.0005
-        """
-    @velocity_noise.setter
-    def velocity_noise(self, arg1: typing.Any) -> None:
-        ...
-class FilterTrial:
-    """
-    A trial that was run: arrays of one row per update of the filter, in B.
-    """
-    def __len__(self) -> int:
-        ...
-    @property
-    def contact_force(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
-        """
-        F_f, (n, 3), N: likewise.
-        """
-    @property
-    def contacts(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        (k, 2), s: begin and end of each true contact of 0.5 N or more; infinity if it
-        outlasts the trial. Gaps below 50 ms are none.
-        """
-    @property
-    def dimension(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
-        """
-        (n,): the filter's.
-        """
-    @property
-    def direction_error(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
-        """
-        (n,), rad, 0 to pi/2: between the filter's axis (U1, or U3 at dimension 2) and the
-        true one where the dimensions agree; else between true_normal and the force space;
-        NaN where filter or truth has no contact.
-        """
-    @property
-    def motion_force(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
-        """
-        F_m, (n, 3), N: the filter's input, mean over the period.
-        """
-    @property
-    def second_walls(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        (k, 2), s: likewise, of a second independent normal force.
-        """
-    @property
-    def sensed_force(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
-        """
-        F_s, (n, 3), N: the filter's input, mean over the period with noise.
-        """
-    @property
-    def singular_vectors(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
-        """
-        U, (n, 3, 3), vectors as columns: the filter's.
-        """
-    @property
-    def time(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
-        """
-        (n,), s: end of the period.
-        """
-    @property
-    def touched(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
-        """
-        (n,) bool: whether the tool touched anything in the period.
-        """
-    @property
-    def true_axis(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
-        """
-        (n, 3): of dimension 1 the normal, of 2 the axis of free motion; else zero.
-        """
-    @property
-    def true_dimension(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
-        """
-        (n,): at the end of the period, as all that is true.
-        """
-    @property
-    def true_force(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
-        """
-        (n, 3), N: of the robot on the scene, with friction.
-        """
-    @property
-    def true_normal(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
-        """
-        (n, 3): along the sum of the normal forces, unit, INTO the surface, or zero.
-        """
-    @property
-    def velocity(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
-        """
-        v_BE, (n, 3), m/s: likewise.
-        """
-class FilterTrialMetrics:
-    """
-    What one or more trials come to. Samples count as contact from a true force of
-    0.5 N at their end.
+    Which rotations the true contacts of the tool block; see the C++ header.
     """
     def __init__(self) -> None:
         ...
-    def add(self, trial: FilterTrial) -> None:
+    def add(self, p: typing.Any, normal: typing.Any) -> None:
         """
-        Adds a trial.
+        Takes one more contact: (3,), m, and a unit vector, (3,), in B.
         """
-    @property
-    def axis_error(self) -> numpy.typing.NDArray[numpy.float64]:
+    def calc_free_axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        (k,), deg: of these, where both dimensions are 2.
-        """
-    @property
-    def contact_samples(self) -> int:
-        """
-        Number of updates in contact.
+        Unit vector, (3,), in B: the axis of free rotation if there is just one,
+        at dimension 2; zero otherwise.
         """
     @property
-    def detection_latency(self) -> numpy.typing.NDArray[numpy.float64]:
+    def dimension(self) -> int:
         """
-        (k,), s: from each contact to the update that shows it; infinity if it was over
-        before, and left out if it was over within 100 ms.
+        Number of directions that are blocked, 0 to 3.
         """
-    @property
-    def dimension_changes(self) -> int:
-        """
-        Number of changes of the filter's dimension.
-        """
-    @property
-    def direction_error(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        (k,), deg: of contact samples where the filter has a contact.
-        """
-    @property
-    def false_contact_samples(self) -> int:
-        """
-        Number of updates with a contact though nothing was touched, neither in the
-        period nor since the filter last had none.
-        """
-    @property
-    def loss_latency(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        (k,), s: likewise, from each contact's end to dimension 0.
-        """
-    @property
-    def right_dimension_samples(self) -> int:
-        """
-        Of those, with the true dimension.
-        """
-    @property
-    def samples(self) -> int:
-        """
-        Number of updates.
-        """
-    @property
-    def second_latency(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        (k,), s: likewise, from each second wall to dimension 2.
-        """
+def _angular_metric_descriptions() -> list[tuple[str, str, str]]:
+    """
+    The same of those of the angular filter.
+    """
 def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], map: WorkspaceMapParams, delay: typing.SupportsFloat | typing.SupportsIndex, has_filter: bool, wall_s: typing.SupportsFloat | typing.SupportsIndex | None) -> list[tuple[str, None | bool | int | float]]:
     """
     [(key, value)] of every metric, in order.
@@ -4974,10 +4749,6 @@ def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float6
 def _map_device_positions(map: WorkspaceMapParams, x_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
     (n, 3), m, from D to B.
-    """
-def _measure_filter_cost(trial: FilterTrial, filter: ForceSpaceParticleFilterParams, seed: typing.SupportsInt | typing.SupportsIndex, repeats: typing.SupportsInt | typing.SupportsIndex) -> float:
-    """
-    us of the filter's updates per second of the trial, median of repeats.
     """
 def _metric_descriptions() -> list[tuple[str, str, str]]:
     """
@@ -5008,18 +4779,8 @@ def rate_limit(previous: typing.Any, target: typing.Any, max_step: typing.Suppor
     """
     The vector (3,) nearest to `target` within `max_step` (norm) of `previous`.
     """
-def run_filter_trial(params: FilterTrialParams = ..., filter: ForceSpaceParticleFilterParams = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0) -> FilterTrial:
-    """
-    Runs a filter, seeded with `seed`, along a trial: a simulated tool on analytic
-    surfaces, controlled at 1 kHz. The same arguments give the same bits.
-    
-    Raises ValueError for an invalid parameter or a filter's period below 1 ms.
-    """
 def saturate(value: typing.Any, max_norm: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
     """
     `value` (3,) shortened to `max_norm` if it is longer.
     """
-_FILTER_TRIAL_DRIVES: tuple = ('closed_loop', 'true_selection', 'kinematic')
-_FILTER_TRIAL_SCENES: tuple = ('free', 'plane', 'cylinder', 'inner_corner', 'step_edge', 'still', 'grazing', 'soft')
-_LIKELIHOODS: tuple = ('paper', 'friction_cone')
 _RECORDING_MOVE_TIME: float = 2.0

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from dual_proxy.metrics import METRICS, format_metric
+from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
 from dual_proxy.run import Run, RunError, run
 from dual_proxy.scenario import SCHEMES, ScenarioError, list_scenarios, load_scenario
 from dual_proxy.settings import parse_yaml
@@ -230,9 +230,10 @@ class _TenthsPrinter:
 
 
 def _print_metrics(result: Run) -> None:
-    width = max(map(len, METRICS))
-    for key, entry in METRICS.items():
-        print(f"{key:{width}}  {format_metric(result.metrics[key]):>9} {entry.unit}")
+    width = max(map(len, result.metrics))
+    metrics = METRICS | ANGULAR_METRICS
+    for key, value in result.metrics.items():
+        print(f"{key:{width}}  {format_metric(value):>9} {metrics[key].unit}")
 
 
 if __name__ == "__main__":

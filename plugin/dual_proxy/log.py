@@ -2,8 +2,9 @@
 """The log of a run: one row per control period, one table of signals.
 
 A log is a pandas DataFrame whose index is the time (s, named `time`) and whose
-columns are the components of the signals in `SIGNALS`: `robot_position_x`,
-`torque_0`, `force_selection_xy`, or the bare name of a scalar.
+columns are the components of the signals in `SIGNALS`, and with the angular
+filter those in `ANGULAR_SIGNALS`: `robot_position_x`, `torque_0`,
+`force_selection_xy`, or the bare name of a scalar.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import io
 import json
 import os
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,6 +22,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "ANGULAR_SIGNALS",
     "SIGNALS",
     "Signal",
     "column_names",
@@ -29,6 +31,7 @@ __all__ = [
     "replace_file",
     "save_log",
     "signal",
+    "signals",
     "write_mcap",
 ]
 
@@ -102,14 +105,41 @@ SIGNALS: dict[str, Signal] = {
     "haptic_link_dropped": Signal(_SCALAR, "", "", "messages refused so far", True),
 }
 
+#: Those that follow in the log of a run with the angular filter.
+ANGULAR_SIGNALS: dict[str, Signal] = {
+    "robot_angular_velocity": Signal(_VECTOR, "rad/s", "B", "w_BE, of the tool"),
+    "reference_moment": Signal(_VECTOR, "N m", "B", "M_r"),
+    "moment_space_moment": Signal(_VECTOR, "N m", "B", "M_f, command in moment space"),
+    "contact_moment_dimension": Signal(
+        _SCALAR, "", "", "true number of rotations that are blocked", True
+    ),
+    "contact_rotation_axis": Signal(
+        _VECTOR, "", "B", "true, unit, of free rotation; zero if there is not just one"
+    ),
+    "moment_dimension": Signal(
+        _SCALAR, "", "", "of the moment space, by the angular filter", True
+    ),
+    "moment_selection": Signal(_MATRIX, "", "B", "Omega_tau, row by row"),
+}
+
+_ALL_SIGNALS = SIGNALS | ANGULAR_SIGNALS
+
 # ZIP can not hold a date before this one; every entry carries it, so that equal
 # logs are equal files.
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
+def signals(names: Container[str]) -> list[str]:
+    """Return the signals of a log with these signals or columns, in order.
+
+    It has those of `ANGULAR_SIGNALS` all or none.
+    """
+    return list(_ALL_SIGNALS if "moment_dimension" in names else SIGNALS)
+
+
 def column_names(name: str) -> list[str]:
     """Return the columns of a signal, in order."""
-    return [f"{name}_{c}" if c else name for c in SIGNALS[name].components]
+    return [f"{name}_{c}" if c else name for c in _ALL_SIGNALS[name].components]
 
 
 def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame:
@@ -119,8 +149,8 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
     ----------
     time : (n,), s, strictly increasing
     values : Mapping[str, ArrayLike]
-        Every signal of `SIGNALS`, each (n, components), (n, 3, 3) for a matrix
-        or (n,) for a scalar.
+        Every signal of `SIGNALS`, and all or none of `ANGULAR_SIGNALS`, each
+        (n, components), (n, 3, 3) for a matrix or (n,) for a scalar.
 
     Raises
     ------
@@ -130,12 +160,14 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
     times = np.asarray(time, dtype=np.float64)
     if times.ndim != 1 or np.any(np.diff(times) <= 0.0):
         raise ValueError("time: expected (n,) strictly increasing values")
-    unknown = [name for name in values if name not in SIGNALS]
-    missing = [name for name in SIGNALS if name not in values]
+    expected = signals(values)
+    unknown = [name for name in values if name not in expected]
+    missing = [name for name in expected if name not in values]
     if unknown or missing:
         raise ValueError(f"signals: unknown {unknown}, missing {missing}")
     columns: dict[str, NDArray[Any]] = {}
-    for name, entry in SIGNALS.items():
+    for name in expected:
+        entry = _ALL_SIGNALS[name]
         dtype = np.int32 if entry.integer else np.float64
         array = np.asarray(values[name], dtype=dtype)
         width = len(entry.components)
@@ -152,7 +184,7 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
 def signal(frame: pd.DataFrame, name: str) -> NDArray[Any]:
     """Return a signal of a log: (n,) for a scalar, else (n, components)."""
     table = frame[column_names(name)].to_numpy()
-    return table[:, 0] if SIGNALS[name].components == _SCALAR else table
+    return table[:, 0] if _ALL_SIGNALS[name].components == _SCALAR else table
 
 
 def save_log(frame: pd.DataFrame, path: str | Path) -> None:
@@ -163,7 +195,7 @@ def save_log(frame: pd.DataFrame, path: str | Path) -> None:
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
         arrays = {"time": frame.index.to_numpy(np.float64)}
-        arrays |= {name: signal(frame, name) for name in SIGNALS}
+        arrays |= {name: signal(frame, name) for name in signals(frame.columns)}
         for name, array in arrays.items():
             data = io.BytesIO()
             # Column by column, as neighbours in time compress well.
@@ -210,7 +242,8 @@ def write_mcap(frame: pd.DataFrame, path: str | Path) -> None:
     writer.start(profile="", library="dual_proxy")
     stamps = np.round(frame.index.to_numpy(np.float64) * 1e9).astype(np.int64).tolist()
     channels = []
-    for name, entry in SIGNALS.items():
+    for name in signals(frame.columns):
+        entry = _ALL_SIGNALS[name]
         kind = "integer" if entry.integer else "number"
         keys = [_mcap_key(component) for component in entry.components]
         schema = {

@@ -18,12 +18,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from dual_proxy import _core
-from dual_proxy.log import SIGNALS, column_names
+from dual_proxy.log import ANGULAR_SIGNALS, SIGNALS, column_names
 
 if TYPE_CHECKING:
     from dual_proxy.scenario import Scenario
 
 __all__ = [
+    "ANGULAR_METRICS",
     "METRICS",
     "Metric",
     "compute_metrics",
@@ -47,12 +48,18 @@ METRICS: dict[str, Metric] = {
     key: Metric(unit, description)
     for key, unit, description in _core._metric_descriptions()
 }
+#: Those that follow where the angular filter ran.
+ANGULAR_METRICS: dict[str, Metric] = {
+    key: Metric(unit, description)
+    for key, unit, description in _core._angular_metric_descriptions()
+}
 
 
 def compute_metrics(
     log: pd.DataFrame, scenario: Scenario, wall_s: float | None = None
 ) -> dict[str, Any]:
-    """Compute every metric of `METRICS`.
+    """Compute every metric of `METRICS`, and with the angular filter of
+    `ANGULAR_METRICS`.
 
     Parameters
     ----------
@@ -66,7 +73,7 @@ def compute_metrics(
     Returns
     -------
     dict
-        Keys of `METRICS`; numbers, booleans or None, all valid JSON.
+        By key; numbers, booleans or None, all valid JSON.
     """
     return dict(
         _core._compute_metrics(
@@ -106,7 +113,11 @@ def normal_error_deg(log: pd.DataFrame) -> Array:
 
 def _run_log(log: pd.DataFrame) -> tuple[Array, Array, list[tuple[str, int]]]:
     """Return times, values, and the signals that the log has, with their sizes."""
-    names = [name for name in SIGNALS if set(column_names(name)) <= set(log.columns)]
+    names = [
+        name
+        for name in SIGNALS | ANGULAR_SIGNALS
+        if set(column_names(name)) <= set(log.columns)
+    ]
     values = log[[column for name in names for column in column_names(name)]]
     return (
         log.index.to_numpy(np.float64),

@@ -8,8 +8,8 @@ Three things live here:
 - `PandaModel` gives a controller its model terms (pose, Jacobian, mass matrix,
   bias, gravity) from joint positions and velocities alone. It is made from a
   plant of its own, so a controller's model may differ from the simulated arm.
-- `sensor_reaction` and `contact_truth` read the simulator: what the wrist
-  sensor takes, and what really touches.
+- `sensor_reaction`, `contact_truth` and `rotation_truth` read the simulator:
+  what the wrist sensor takes, and what really touches.
 
 Frames: B is panda_link0 (= Drake world), S the sensor at the flange with the
 axes of panda_link7, E the tool point, 0.207 m along +z of panda_link7 with its
@@ -21,7 +21,7 @@ from __future__ import annotations
 import copy
 import importlib.resources
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -67,9 +67,10 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from dual_proxy._core import ArmModel, ArmModelParams
+from dual_proxy._core import ArmModel, ArmModelParams, _RotationTruth
 from dual_proxy.native import NativeTwin
 from dual_proxy.panda_params import (
+    CORNER_RADIUS,
     TIP_RADIUS,
     TOOL_COM_S,
     TOOL_MASS,
@@ -89,11 +90,13 @@ __all__ = [
     "PandaModel",
     "PandaScene",
     "PandaTerms",
+    "RotationTruth",
     "SensorReaction",
     "add_panda_scene",
     "box_pose",
     "contact_truth",
     "p_SE_S",
+    "rotation_truth",
     "sensor_reaction",
 ]
 
@@ -145,7 +148,6 @@ _TOOL_VISUALS: tuple[tuple[str, Shape, float, Any], ...] = (
     ("sensor", Cylinder(0.0375, 0.03), 0.015, _DARK),
     ("collar", Cylinder(0.03, 0.008), 0.034, _STEEL),
     ("shaft", Cylinder(0.006, 0.062), 0.069, _STEEL),
-    ("ball", Sphere(TIP_RADIUS), 0.1, _DARK),
 )
 
 # Normals closer together than this count as one direction (sine of 10 deg).
@@ -225,17 +227,49 @@ def _add_arm(plant: Any, tool_mass: float) -> ModelInstanceIndex:
     return arm
 
 
-def _proximity_properties(params: PandaSceneParams) -> ProximityProperties:
+def _tool_parts(params: PandaSceneParams) -> list[tuple[str, Shape, Vector]]:
+    """What of the tool touches: name, shape, its centre in S (m)."""
+    if params.tool == "sphere":
+        return [("tip", Sphere(TIP_RADIUS), p_SE_S)]
+    ball = Sphere(CORNER_RADIUS)
+    return [
+        (f"corner{i}", ball, p_SE_S + corner)
+        for i, corner in enumerate(params.corners())
+    ]
+
+
+def _draw_tool(plant: Any, tool: Any, params: PandaSceneParams) -> None:
+    visuals = [
+        (name, shape, _constant([0.0, 0.0, height]), color)
+        for name, shape, height, color in _TOOL_VISUALS
+    ]
+    visuals += [(*part, _DARK) for part in _tool_parts(params)]
+    if params.tool == "flat":
+        edge = params.tool_size + 2.0 * CORNER_RADIUS
+        pad = Box(edge, edge, CORNER_RADIUS)
+        visuals.append(("pad", pad, p_SE_S - [0.0, 0.0, CORNER_RADIUS], _STEEL))
+    for name, shape, p_SG, color in visuals:
+        plant.RegisterVisualGeometry(tool, _translation(p_SG), shape, name, color)
+
+
+def _proximity_properties(
+    params: PandaSceneParams, share: float = 1.0
+) -> ProximityProperties:
     """Contact properties of one body; tool and surfaces each carry them.
 
     Drake combines two bodies' stiffness in series, adds their relaxation
     times, and takes the stiffness-weighted mean of their Hunt-Crossley
     coefficients and the harmonic mean of their frictions.
+
+    Parameters
+    ----------
+    params : the scene.
+    share : of the whole stiffness that a contact with a surface is to have.
     """
     properties = ProximityProperties()
     AddContactMaterial(
         dissipation=params.contact_dissipation,
-        point_stiffness=2.0 * params.contact_stiffness,
+        point_stiffness=2.0 * params.contact_stiffness * share / (2.0 - share),
         friction=CoulombFriction(params.friction, params.friction),
         properties=properties,
     )
@@ -291,13 +325,14 @@ def add_panda_scene(
         _, scene_graph = AddMultibodyPlantSceneGraph(builder, plant)
     tool = plant.GetBodyByName("tool", arm)
     if drawn:
-        for name, shape, height, color in _TOOL_VISUALS:
-            X_SG = _translation([0.0, 0.0, height])
-            plant.RegisterVisualGeometry(tool, X_SG, shape, name, color)
+        _draw_tool(plant, tool, params)
+    parts = _tool_parts(params)
+    tool_properties = _proximity_properties(params, 1.0 / len(parts))
+    for name, shape, p_SG in parts:
+        plant.RegisterCollisionGeometry(
+            tool, _translation(p_SG), shape, name, tool_properties
+        )
     properties = _proximity_properties(params)
-    plant.RegisterCollisionGeometry(
-        tool, _translation(p_SE_S), Sphere(TIP_RADIUS), "tip", properties
-    )
     for box in params.all_boxes():
         X_BBox = box_pose(box)
         shape = Box(*box.size)
@@ -391,17 +426,11 @@ class ContactTruth(NamedTuple):
 _NO_CONTACT = ContactTruth(_constant([0, 0, 0]), _constant([0, 0, 0]), 0)
 
 
-def contact_truth(results: ContactResults, tool_body: BodyIndex) -> ContactTruth:
-    """Reads the tool's contacts from the plant's contact results.
-
-    Touching without force counts as no contact.
-
-    Parameters
-    ----------
-    results : value of `PandaScene.contact_results_port`.
-    tool_body : `PandaScene.tool_body`.
-    """
-    contacts: list[tuple[float, Vector, Vector]] = []
+def _pushing(
+    results: ContactResults, tool_body: BodyIndex
+) -> Iterator[tuple[float, Vector, Vector, Any]]:
+    """Yields the tool's contacts that have a force: normal force, force of the
+    tool on its environment, normal into the surface, Drake's contact info."""
     for i in range(results.num_point_pair_contacts()):
         info: Any = results.point_pair_contact_info(i)
         # Drake gives the force on body B and the normal from B into A.
@@ -415,16 +444,29 @@ def contact_truth(results: ContactResults, tool_body: BodyIndex) -> ContactTruth
             continue
         normal_force = float(force @ normal)
         if normal_force > 0.0:
-            contacts.append((normal_force, force, normal))
+            yield normal_force, force, normal, info
+
+
+def contact_truth(results: ContactResults, tool_body: BodyIndex) -> ContactTruth:
+    """Reads the tool's contacts from the plant's contact results.
+
+    Touching without force counts as no contact.
+
+    Parameters
+    ----------
+    results : value of `PandaScene.contact_results_port`.
+    tool_body : `PandaScene.tool_body`.
+    """
+    contacts = list(_pushing(results, tool_body))
     if not contacts:
         return _NO_CONTACT
     if len(contacts) == 1:
-        _, force, normal = contacts[0]
+        _, force, normal, _ = contacts[0]
         return ContactTruth(force, normal, 1)
     total = np.zeros(3)
     push = np.zeros(3)
     basis: list[Vector] = []
-    for normal_force, force, normal in contacts:
+    for normal_force, force, normal, _ in contacts:
         total += force
         push += normal_force * normal
         rest = normal
@@ -437,6 +479,33 @@ def contact_truth(results: ContactResults, tool_body: BodyIndex) -> ContactTruth
     if size > 0.0:
         push /= size
     return ContactTruth(total, push, len(basis))
+
+
+class RotationTruth(NamedTuple):
+    """Which rotations the true contacts of the tool block.
+
+    Attributes
+    ----------
+    dimension : number of directions that are blocked, 0..3: the moments without
+        a force that frictionless contacts could resist. Three points on a
+        plane that do not lie on a line block two, two points one.
+    free_axis : (3,) unit vector in B, the axis of free rotation if there is just
+        one, at dimension 2; zero otherwise.
+    """
+
+    dimension: int
+    free_axis: Vector
+
+
+def rotation_truth(results: ContactResults, tool_body: BodyIndex) -> RotationTruth:
+    """Reads from the plant's contact results which rotations are blocked.
+
+    The arguments are those of `contact_truth`.
+    """
+    truth = _RotationTruth()
+    for _, _, normal, info in _pushing(results, tool_body):
+        truth.add(info.contact_point(), normal)
+    return RotationTruth(truth.dimension, truth.calc_free_axis())
 
 
 class PandaTerms(NamedTuple):

@@ -8,7 +8,7 @@ import html
 import io
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from dual_proxy.log import replace_file, signal
 from dual_proxy.metrics import (
+    ANGULAR_METRICS,
     METRICS,
     device_in_robot_frame,
     format_metric,
@@ -145,6 +146,8 @@ def render_report(
     parts.append(_metrics_table(metrics))
     if len(log) > 1:
         parts += [_section(log, scenario, *entry) for entry in _SECTIONS]
+        if "moment_dimension" in log:
+            parts.append(_section(log, scenario, *_ROTATIONS))
     parts.append(
         "<section><h2>Scenario</h2><p>Every value of this run; "
         "<code>dual-proxy run scenario.yaml</code> repeats it.</p>"
@@ -164,12 +167,13 @@ def render_report(
 
 
 def _metrics_table(metrics: Mapping[str, Any]) -> str:
+    described = METRICS | ANGULAR_METRICS
     rows = "".join(
         f"<tr><td><code>{key}</code></td>"
-        f'<td class="number">{format_metric(metrics[key])}</td>'
-        f'<td>{entry.unit}</td><td class="note">{html.escape(entry.description)}'
-        "</td></tr>"
-        for key, entry in METRICS.items()
+        f'<td class="number">{format_metric(value)}</td>'
+        f'<td>{described[key].unit}</td><td class="note">'
+        f"{html.escape(described[key].description)}</td></tr>"
+        for key, value in metrics.items()
     )
     return (
         "<section><h2>Metrics</h2><p>From the log and the simulator's true "
@@ -269,14 +273,32 @@ def _draw_perception(log: pd.DataFrame, scenario: Scenario, axes: list[Axes]) ->
     _plot(axes[0], log, normal_error_deg(log), color=_BLUE, label="normal error")
     axes[0].set_ylabel("error, deg")
     axes[0].set_ylim(bottom=0.0)
-    true = signal(log, "contact_dimension").astype(np.float64)
-    estimate = signal(log, "dimension").astype(np.float64)
-    step = {"drawstyle": "steps-post"}
-    _plot(axes[1], log, true, color=_GREY, label="true", **step)
-    _plot(axes[1], log, estimate, color=_BLUE, linestyle="--", label="filter", **step)
-    axes[1].set_ylabel("dimension")
-    axes[1].set_yticks(range(4))
-    axes[1].set_ylim(-0.2, 3.2)
+    _draw_dimensions(log, "contact_dimension", "dimension", axes[1])
+
+
+def _draw_dimensions(log: pd.DataFrame, true: str, estimate: str, axis: Axes) -> None:
+    for name, color, line, label in (
+        (true, _GREY, "-", "true"),
+        (estimate, _BLUE, "--", "filter"),
+    ):
+        values = signal(log, name).astype(np.float64)
+        style: dict[str, Any] = {"color": color, "linestyle": line, "label": label}
+        _plot(axis, log, values, drawstyle="steps-post", **style)
+    axis.set_ylabel("dimension")
+    axis.set_yticks(range(4))
+    axis.set_ylim(-0.2, 3.2)
+
+
+def _draw_rotations(log: pd.DataFrame, scenario: Scenario, axes: list[Axes]) -> None:
+    del scenario
+    curves = (("sensed_moment", _BLUE, "-"), ("reference_moment", _PURPLE, "--"))
+    for i, axis in enumerate(axes[:3]):
+        for name, color, line in curves:
+            label = name.removesuffix("_moment")
+            values = signal(log, name)[:, i]
+            _plot(axis, log, values, color=color, linestyle=line, label=label)
+        axis.set_ylabel(f"{_AXES[i]}, N m")
+    _draw_dimensions(log, "contact_moment_dimension", "moment_dimension", axes[3])
 
 
 def _draw_link(log: pd.DataFrame, scenario: Scenario, axes: list[Axes]) -> None:
@@ -318,9 +340,10 @@ def _draw_energy(log: pd.DataFrame, scenario: Scenario, axes: list[Axes]) -> Non
 
 
 # Heading, text, number of axes, what draws them.
-_SECTIONS: tuple[
-    tuple[str, str, int, Callable[[pd.DataFrame, Scenario, list[Axes]], None]], ...
-] = (
+_Section: TypeAlias = tuple[
+    str, str, int, Callable[[pd.DataFrame, "Scenario", list[Axes]], None]
+]
+_SECTIONS: tuple[_Section, ...] = (
     (
         "Positions",
         "Both sides in the robot's base frame. Shaded: the tool truly touches.",
@@ -360,4 +383,12 @@ _SECTIONS: tuple[
         2,
         _draw_energy,
     ),
+)
+# Of runs with the angular filter.
+_ROTATIONS: _Section = (
+    "Rotations",
+    "Moments about the tool point, in the robot's base frame, as exerted on the "
+    "environment, and the number of blocked rotations, estimated and true.",
+    4,
+    _draw_rotations,
 )

@@ -66,6 +66,9 @@ class OperatorMotion(NamedTuple):
     sampled: bool
     """True: a densely sampled path; False: waypoints, a minimum-jerk move
     between each and the next."""
+    rotations: NDArray[np.float64]
+    """(n, 3), rad, in B: rotation vectors of the tool from `map.R_cw`; (0, 3) if
+    it is not to turn."""
 
 
 class Scenario(_core.Scenario):

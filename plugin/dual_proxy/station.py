@@ -6,7 +6,8 @@
                   +--- F_h ---+ <--pose, Omega-- to_device <---+  +- filter <+
 
 `filter` is the Force-Space Particle Filter; it takes the wrist sensor's force
-and what the robot side commanded.
+and what the robot side commanded. `angular_filter`, in scenarios that ask for
+it, is a second one, with moments and rotations.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from pydrake.systems.framework import (
 from pydrake.systems.primitives import LogVectorOutput, Multiplexer
 
 from dual_proxy import _core
-from dual_proxy.log import SIGNALS, make_frame
+from dual_proxy.log import make_frame, signals
 from dual_proxy.native import NativeTwin
 from dual_proxy.panda import (
     PandaModel,
@@ -39,6 +40,7 @@ from dual_proxy.panda import (
     add_panda_scene,
     contact_truth,
     p_SE_S,
+    rotation_truth,
 )
 from dual_proxy.replay import SceneDrawer
 from dual_proxy.scenario import Scenario
@@ -54,28 +56,36 @@ from dual_proxy.systems import (
 __all__ = ["Station", "build_station"]
 
 _FRAMES_PER_SECOND = 30
-_NO_CONTACT = np.zeros(7)
+_NO_CONTACT = np.zeros(11)
 
 
 class ContactTruthSystem(NativeTwin, LeafSystem):
-    """The tool's true contacts as a vector: force 3, normal 3, dimension 1."""
+    """The tool's true contacts as a vector: force 3, normal 3, dimension 1; and
+    with `rotations` the number of rotations that they block 1, free axis 3."""
 
-    def __init__(self, tool_body: BodyIndex) -> None:
+    def __init__(self, tool_body: BodyIndex, rotations: bool = False) -> None:
         super().__init__()
         self._tool_body = tool_body
-        self._native_arguments = {"tool_body": int(tool_body)}
+        self._rotations = rotations
+        self._native_arguments = {"tool_body": int(tool_body), "rotations": rotations}
         self._results = self.DeclareAbstractInputPort(
             "contact_results", Value[ContactResults]()
         )
-        self.DeclareVectorOutputPort("truth", 7, self._calc, {self._results.ticket()})
+        self.DeclareVectorOutputPort(
+            "truth", 11 if rotations else 7, self._calc, {self._results.ticket()}
+        )
 
     def _calc(self, context: Context, output: Any) -> None:
         results: Any = self._results.Eval(context)
         truth = contact_truth(results, self._tool_body)
         if truth.dimension == 0:
-            output.SetFromVector(_NO_CONTACT)
-        else:
-            output.SetFromVector([*truth.force, *truth.normal, truth.dimension])
+            output.SetFromVector(_NO_CONTACT[: output.size()])
+            return
+        values = [*truth.force, *truth.normal, truth.dimension]
+        if self._rotations:
+            blocked = rotation_truth(results, self._tool_body)
+            values += [blocked.dimension, *blocked.free_axis]
+        output.SetFromVector(values)
 
 
 class Station:
@@ -83,8 +93,9 @@ class Station:
 
     The diagram's systems have the names of the picture above, and it exports
     what is wired further: `robot_state` (14), `sensed_wrench` (6), `torque`
-    (7), `device_pose`, `device_wrench` (6), and with the dual proxy
-    `force_selection` (9) and `dimension` (1).
+    (7), `device_pose`, `device_wrench` (6), with the dual proxy
+    `force_selection` (9) and `dimension` (1), and with the angular filter
+    `moment_selection` (9) and `moment_dimension` (1).
 
     Made by `build_station`.
 
@@ -192,6 +203,8 @@ class Station:
             sender=scenario.link.sender,
             filter_period=scenario.filter.period,
         )
+        if scenario.has_angular_filter:
+            params.angular_filter_period = scenario.angular_filter.filter.period
         side = self._add(
             "robot_side",
             RobotSide,
@@ -211,7 +224,12 @@ class Station:
         self._robot_side = side
         self._ports["robot"] = side.GetOutputPort("signals")
         if self._watched:
-            truth = self._add("contact_truth", ContactTruthSystem, scene.tool_body)
+            truth = self._add(
+                "contact_truth",
+                ContactTruthSystem,
+                scene.tool_body,
+                scenario.has_angular_filter,
+            )
             builder.Connect(
                 scene.contact_results_port, truth.GetInputPort("contact_results")
             )
@@ -234,6 +252,32 @@ class Station:
                 self._ports[name] = particle_filter.GetOutputPort(name)
             for name in ("dimension", "force_selection"):
                 self._export(particle_filter.GetOutputPort(name), name)
+        if scenario.has_angular_filter:
+            self._add_angular_filter()
+
+    def _add_angular_filter(self) -> None:
+        """A second filter, for moments and rotations."""
+        side = self._robot_side
+        angular_filter = self._add(
+            "angular_filter",
+            ForceSpaceParticleFilter,
+            self.scenario.angular_filter.filter,
+            self.scenario.calc_seed("angular_filter"),
+        )
+        for mean, name in (
+            ("sensed_moment", "sensed_force"),
+            ("angular_velocity", "velocity"),
+            ("motion_moment", "motion_force"),
+            ("contact_moment", "contact_force"),
+        ):
+            self._connect(side, f"mean_{mean}", angular_filter, name)
+        self._connect(angular_filter, "force_selection", side, "moment_selection")
+        for name, port in (
+            ("moment_dimension", angular_filter.GetOutputPort("dimension")),
+            ("moment_selection", angular_filter.GetOutputPort("force_selection")),
+        ):
+            self._ports[name] = port
+            self._export(port, name)
 
     def _add_device(self) -> None:
         """The device in the operator's hand, and the haptic side."""
@@ -246,6 +290,7 @@ class Station:
             motion.times,
             np.transpose(points),
             "cubic" if motion.sampled else "minimum_jerk",
+            np.asarray(scenario.map.R_DB) @ motion.rotations.T,
         )
         params = _core.HapticSideParams(
             proxy=scenario.haptic_proxy,
@@ -335,7 +380,7 @@ class Station:
             "hand_position": np.array([self._path.calc(t)[0] for t in times]),
             "contact_force": truth[:, :3],
             "contact_normal": truth[:, 3:6],
-            "contact_dimension": truth[:, 6:],
+            "contact_dimension": truth[:, 6:7],
             "dimension": data.get("dimension", np.zeros((count, 1))),
             "force_direction": data.get("force_direction", np.zeros((count, 3))),
         }
@@ -349,7 +394,14 @@ class Station:
                 "haptic_link_age": age,
                 "haptic_link_dropped": dropped,
             }
-        return {name: values[name] for name in SIGNALS}
+        if self.scenario.has_angular_filter:
+            values |= {
+                "contact_moment_dimension": truth[:, 7:8],
+                "contact_rotation_axis": truth[:, 8:],
+                "moment_dimension": data["moment_dimension"],
+                "moment_selection": data["moment_selection"],
+            }
+        return {name: values[name] for name in signals(values)}
 
 
 def build_station(

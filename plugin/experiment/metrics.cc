@@ -82,6 +82,16 @@ constexpr MetricDescription kMetrics[] = {
     {"real_time_factor", "", "sim_s / wall_s"},
 };
 
+constexpr MetricDescription kAngularMetrics[] = {
+    {"moment_dimension_accuracy", "",
+     "share of the interaction with the true number of blocked rotations, "
+     "onset "
+     "included"},
+    {"rotation_axis_error_mean_deg", "deg",
+     "angle between the angular filter's axis of free rotation and the true "
+     "one while both are there"},
+};
+
 using Values = std::map<std::string_view, MetricValue>;
 
 /** Rows [begin, end) of a log. */
@@ -115,11 +125,13 @@ Mask FindTouching(const RunLog& log) {
          kContactForce;
 }
 
-Matrix3d SelectionAt(const RunLog& log, Index row) {
-  const Eigen::RowVector<double, 9> selection =
-      log.Signal<9>("force_selection").row(row);
+Matrix3d RowMajor(const Eigen::RowVector<double, 9>& elements) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
-      selection.data());
+      elements.data());
+}
+
+Matrix3d SelectionAt(const RunLog& log, Index row) {
+  return RowMajor(log.Signal<9>("force_selection").row(row));
 }
 
 /** When the tool really touches, when the hand presses, along which normal. */
@@ -380,6 +392,40 @@ void AddPerceptionMetrics(const RunLog& log, const MetricsParams& params,
   values->at("detection_latency_ms") = CalcDetectionLatencyMs(log, truth);
 }
 
+bool HasAngularFilter(const RunLog& log) {
+  return std::any_of(log.signals.begin(), log.signals.end(),
+                     [](const SignalSlice& signal) {
+                       return signal.name == "moment_dimension";
+                     });
+}
+
+void AddRotationMetrics(const RunLog& log, const Truth& truth, Values* values) {
+  if (!truth.touching.any()) return;
+  const auto dimension = log.Signal<1>("moment_dimension");
+  const auto true_dimension = log.Signal<1>("contact_moment_dimension");
+  const auto axis = log.Signal<3>("contact_rotation_axis");
+  const auto selection = log.Signal<9>("moment_selection");
+  Index right = 0;
+  Index count = 0;
+  double sum = 0;
+  for (Index i = 0; i < log.time.size(); ++i) {
+    if (!truth.touching(i)) continue;
+    right += dimension(i) == true_dimension(i);
+    if (dimension(i) != 2 || true_dimension(i) != 2) continue;
+    // What is left of the true axis in the space of blocked rotations.
+    const double sine =
+        (RowMajor(selection.row(i)) * axis.row(i).transpose()).norm();
+    sum += std::asin(std::min(sine, 1.0));
+    ++count;
+  }
+  values->at("moment_dimension_accuracy") =
+      static_cast<double>(right) / static_cast<double>(truth.touching.count());
+  if (count > 0) {
+    values->at("rotation_axis_error_mean_deg") =
+        sum / static_cast<double>(count) * (180.0 / std::numbers::pi);
+  }
+}
+
 void AddCounts(const RunLog& log, const Truth& truth, Values* values) {
   values->at("contact_losses") = CountContactLosses(log, truth);
   const double dropped = log.Signal<1>("robot_link_dropped").tail<1>()(0) +
@@ -404,6 +450,10 @@ std::string ValueJson(const MetricValue& value) {
 
 std::span<const MetricDescription> MetricDescriptions() { return kMetrics; }
 
+std::span<const MetricDescription> AngularMetricDescriptions() {
+  return kAngularMetrics;
+}
+
 void MetricsParams::Validate() const {
   map.Validate();
   ThrowUnlessNonNegative("MetricsParams", "delay", delay);
@@ -416,7 +466,14 @@ Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
   const Index n = log.time.size();
   const double sim_s = n > 0 ? log.time(n - 1) : 0;  // Starts at 0.
   Values values;
-  for (const MetricDescription& metric : kMetrics) values[metric.key];
+  std::vector<MetricDescription> metrics_of_run(std::begin(kMetrics),
+                                                std::end(kMetrics));
+  const bool angular = HasAngularFilter(log);
+  if (angular) {
+    metrics_of_run.insert(metrics_of_run.end(), std::begin(kAngularMetrics),
+                          std::end(kAngularMetrics));
+  }
+  for (const MetricDescription& metric : metrics_of_run) values[metric.key];
   values.at("finite") = log.values.allFinite();
   values.at("sim_s") = sim_s;
   if (wall_s) {
@@ -428,10 +485,11 @@ Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
     AddPositionMetrics(log, params, truth, &values);
     AddForceMetrics(log, params, truth, &values);
     AddPerceptionMetrics(log, params, truth, &values);
+    if (angular) AddRotationMetrics(log, truth, &values);
     AddCounts(log, truth, &values);
   }
   Metrics metrics;
-  for (const MetricDescription& metric : kMetrics) {
+  for (const MetricDescription& metric : metrics_of_run) {
     MetricValue value = values.at(metric.key);
     const auto* number = std::get_if<double>(&value);
     if (number && !std::isfinite(*number)) value = {};

@@ -36,12 +36,16 @@ struct MetricDescription {
 /** Every metric, in order: the keys of metrics.json. */
 std::span<const MetricDescription> MetricDescriptions();
 
+/** Those of the angular filter, which follow where it ran. */
+std::span<const MetricDescription> AngularMetricDescriptions();
+
 /** A metric that cannot be given is std::monostate (null in JSON): there was
 no contact, or a value that it needs is not finite. `finite` says whether the
 latter happened. */
 using MetricValue = std::variant<std::monostate, bool, std::int64_t, double>;
 
-/** Key and value of each of MetricDescriptions, in its order. */
+/** Key and value of each of MetricDescriptions(), in its order, and with the
+angular filter of AngularMetricDescriptions(). */
 using Metrics = std::vector<std::pair<std::string, MetricValue>>;
 
 /** What metrics need to know of a scenario. */
@@ -63,7 +67,9 @@ struct MetricsParams {
   `device_force`, `robot_position`, `reference_force`, `sensed_force`,
   `contact_force`, `contact_normal`, `contact_dimension`, `dimension`,
   `force_direction`, `force_selection`, `observed_energy`, `robot_link_dropped`
-  and `haptic_link_dropped`.
+  and `haptic_link_dropped`; with the angular filter `moment_dimension`,
+  `moment_selection`, `contact_moment_dimension` and `contact_rotation_axis`,
+  too.
 @param wall_s how long the run took, s, if that is known.
 @throws std::invalid_argument if `log` or `params` is invalid. */
 Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,

@@ -32,6 +32,7 @@ void PandaSceneParams::Validate() const {
   ThrowUnlessInRange(kWho, "contact_dissipation", contact_dissipation, 0, 1e3);
   ThrowUnlessInRange(kWho, "relaxation_time", relaxation_time, 0, 10);
   ThrowUnlessInRange(kWho, "time_step", time_step, 1e-5, 1e-2);
+  ThrowUnlessInRange(kWho, "tool_size", tool_size, 0.005, 0.2);
   ThrowUnlessInRange(kWho, "tool_mass", tool_mass, 1e-3, 3);
   ThrowUnlessInRange(kWho, "gravity", gravity, 0, 100);
   ThrowUnlessAllInRange(kWho, "start_position", start_position, -2, 2);
@@ -41,6 +42,14 @@ void PandaSceneParams::Validate() const {
                        "got [" +
                            found + "]");
   }
+}
+
+std::vector<Eigen::Vector3d> PandaSceneParams::Corners() const {
+  const double half = tool_size / 2;
+  return {{half, half, -kCornerRadius},
+          {half, -half, -kCornerRadius},
+          {-half, half, -kCornerRadius},
+          {-half, -half, -kCornerRadius}};
 }
 
 std::vector<BoxParams> PandaSceneParams::AllBoxes() const {

@@ -23,6 +23,23 @@ inline constexpr double kToolMass = 0.2;
 /** Its centre of mass, m, in the sensor's frame S. */
 inline const Eigen::Vector3d kToolCom{0.0, 0.0, 0.035};
 
+/** What of the tool touches. */
+enum class Tool {
+  kSphere,  ///< A ball of kTipRadius around E.
+  /** A square pad across the tool's axis, E in the middle of its face. It
+  touches with four small balls, one in each corner. */
+  kFlat,
+};
+
+template <>
+struct EnumStrings<Tool> {
+  static constexpr std::pair<Tool, const char*> kValues[] = {
+      {Tool::kSphere, "sphere"}, {Tool::kFlat, "flat"}};
+};
+
+/** Radius of the balls in the corners of a flat tool, m. */
+inline constexpr double kCornerRadius = 0.005;
+
 /** Drake's discrete contact approximations. kLagged and kSimilar keep Coulomb's
 law without kSap's gap of friction x time_step x slip. */
 enum class ContactApproximation { kLagged, kSimilar, kSap };
@@ -75,7 +92,8 @@ struct PandaSceneParams {
   std::vector<BoxParams> boxes;
   /** Coulomb coefficient between the tool and everything, 0 to 5. */
   double friction{0.3};
-  /** Of tool and surface together, N/m, 1 to 1e8. */
+  /** Of tool and surface together, N/m, 1 to 1e8; the corners of a flat tool
+  share it. */
   double contact_stiffness{3e4};
   /** Hunt-Crossley coefficient d in f = k x (1 + d dx/dt), s/m, 0 to 1000; for
   the approximations lagged and similar. */
@@ -85,6 +103,9 @@ struct PandaSceneParams {
   ContactApproximation contact_approximation{ContactApproximation::kLagged};
   /** Step of the plant, and period of both sides' control, s, 1e-5 to 1e-2. */
   double time_step{1e-3};
+  Tool tool{Tool::kSphere};
+  /** Between the corners of a flat tool along its edges, m, 0.005 to 0.2. */
+  double tool_size{0.06};
   /** Of all that is beyond the flange, kg, 1e-3 to 3; the inertia scales with
   it. */
   double tool_mass{kToolMass};
@@ -99,8 +120,14 @@ struct PandaSceneParams {
   /** The table followed by `boxes`. */
   std::vector<BoxParams> AllBoxes() const;
 
-  /** Height of the tool point when the tool touches the table, m. */
-  double contact_height() const { return table_height + kTipRadius; }
+  /** Height of the tool point when the tool, pointing down, touches the table,
+  m. */
+  double contact_height() const {
+    return tool == Tool::kSphere ? table_height + kTipRadius : table_height;
+  }
+
+  /** Centres of a flat tool's corners, m, in E. */
+  std::vector<Eigen::Vector3d> Corners() const;
 
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
@@ -116,6 +143,8 @@ struct PandaSceneParams {
     VisitEnum(a, "PandaSceneParams", "contact_approximation",
               &contact_approximation);
     a->Visit(MakeNameValue("time_step", &time_step));
+    VisitEnum(a, "PandaSceneParams", "tool", &tool);
+    a->Visit(MakeNameValue("tool_size", &tool_size));
     a->Visit(MakeNameValue("tool_mass", &tool_mass));
     a->Visit(MakeNameValue("gravity", &gravity));
     a->Visit(MakeNameValue("start_position", &start_position));

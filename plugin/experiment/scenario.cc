@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <sstream>
 #include <stdexcept>
 
@@ -79,6 +80,8 @@ void Waypoint::Validate() const {
   constexpr const char* kWho = "Waypoint";
   ThrowUnlessInRange(kWho, "time", time, 0, 3600);
   ThrowUnlessAllInRange(kWho, "position", position, -2, 2);
+  ThrowUnlessAllInRange(kWho, "rotation", rotation, -std::numbers::pi,
+                        std::numbers::pi);
 }
 
 void OperatorParams::Validate() const {
@@ -169,6 +172,11 @@ void Scenario::CheckAcross() const {
         Join(name, ".filter.period: expected at least scene.time_step (",
              scene.time_step, " s), got ", filter.period));
   }
+  if (angular_filter.filter.period < scene.time_step) {
+    throw ScenarioError(Join(
+        name, ".angular_filter.period: expected at least scene.time_step (",
+        scene.time_step, " s), got ", angular_filter.filter.period));
+  }
   if (operator_params.recording.empty()) CheckWaypoints();
 }
 
@@ -228,6 +236,15 @@ OperatorPathParams Scenario::CalcOperatorPath() const {
   for (Eigen::Index i = 0; i < count; ++i) {
     path.times(i) = points[i].time;
     path.points.col(i) = points[i].position;
+  }
+  const bool rotates = std::any_of(
+      points.begin(), points.end(),
+      [](const Waypoint& point) { return !point.rotation.isZero(0); });
+  if (rotates) {
+    path.rotations.resize(3, count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      path.rotations.col(i) = points[i].rotation;
+    }
   }
   return path;
 }

@@ -64,7 +64,7 @@ struct EnumStrings<Law> {
 };
 
 /** What draws random numbers in a run, each a stream of its own. */
-enum class Stream { kFilter, kSensor, kToRobot, kToDevice };
+enum class Stream { kFilter, kSensor, kToRobot, kToDevice, kAngularFilter };
 
 template <>
 struct EnumStrings<Stream> {
@@ -72,7 +72,8 @@ struct EnumStrings<Stream> {
       {Stream::kFilter, "filter"},
       {Stream::kSensor, "sensor"},
       {Stream::kToRobot, "to_robot"},
-      {Stream::kToDevice, "to_device"}};
+      {Stream::kToDevice, "to_device"},
+      {Stream::kAngularFilter, "angular_filter"}};
 };
 
 /** Both directions of the link alike; the keys of all three stand directly in
@@ -97,12 +98,46 @@ struct LinkParams {
   }
 };
 
+/** The angular filter: a force-space particle filter of moments and angular
+velocity, which finds the directions in which rotation is blocked. Its keys
+stand directly in `angular_filter`. */
+struct AngularFilterParams {
+  /** Whether it runs. Without it no moment is controlled. */
+  bool enabled{false};
+  /** N m for N, rad/s for m/s. The thresholds fit a tool some centimetres wide
+  that is pressed with some newtons: on its edge the moment is 0.2 N m; that of
+  friction, which blocks nothing, is a third of that and to stay below. */
+  ForceSpaceParticleFilterParams filter{MakeDefaults()};
+
+  /** @throws std::invalid_argument naming the field, its range and value. */
+  void Validate() const { filter.Validate(); }
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("enabled", &enabled));
+    filter.Serialize(a);
+  }
+
+ private:
+  static ForceSpaceParticleFilterParams MakeDefaults() {
+    ForceSpaceParticleFilterParams params;
+    params.likelihood = Likelihood::kPaper;
+    params.update_thresholds = {0.08, 0.2, 0.02, 0.1};
+    params.resampling_thresholds = {0, 0.05, 0.02, 0.2};
+    return params;
+  }
+};
+
 /** A place to be at rest at a time. */
 struct Waypoint {
   /** s, 0 to 3600. */
   double time{0};
   /** m, in B, each -2 to 2. */
   Eigen::Vector3d position{Eigen::Vector3d::Zero()};
+  /** rad, in B, each -pi to pi: rotation vector of the tool from where it is at
+  home, R_BE = exp(rotation) R_cw. */
+  Eigen::Vector3d rotation{Eigen::Vector3d::Zero()};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
@@ -112,6 +147,7 @@ struct Waypoint {
   void Serialize(Archive* a) {
     a->Visit(MakeRequired("time", &time));
     a->Visit(MakeRequired("position", &position));
+    a->Visit(MakeNameValue("rotation", &rotation));
   }
 };
 
@@ -174,6 +210,7 @@ struct Scenario {
   RobotSideProxyParams robot_proxy;
   OperationalSpaceControllerParams controller;
   ForceSpaceParticleFilterParams filter;
+  AngularFilterParams angular_filter;  ///< Of the dual proxy only.
   HapticSideProxyParams haptic_proxy;
   HapticControllerParams haptic_controller;
   PositionForceHapticSideParams position_force;
@@ -226,10 +263,15 @@ struct Scenario {
       const Eigen::Ref<const Eigen::Matrix3Xd>& points) const;
 
   /** Where the operator means the robot's tool to go: points in B, the
-  waypoints or those of the recording.
+  waypoints or those of the recording, and rotations in B if a waypoint has one.
   @throws ScenarioError if a recording cannot be read; the message names file,
   row and column. */
   OperatorPathParams CalcOperatorPath() const;
+
+  /** Whether the angular filter runs: it is enabled, and the scheme has it. */
+  bool has_angular_filter() const {
+    return angular_filter.enabled && scheme == Scheme::kDualProxy;
+  }
 
   /** The seed of a stream of random numbers, from `seed`. */
   std::uint64_t CalcSeed(Stream stream) const;
@@ -257,6 +299,7 @@ struct Scenario {
     a->Visit(MakeNameValue("robot_proxy", &robot_proxy));
     a->Visit(MakeNameValue("controller", &controller));
     a->Visit(MakeNameValue("filter", &filter));
+    a->Visit(MakeNameValue("angular_filter", &angular_filter));
     a->Visit(MakeNameValue("haptic_proxy", &haptic_proxy));
     a->Visit(MakeNameValue("haptic_controller", &haptic_controller));
     a->Visit(MakeNameValue("position_force", &position_force));

@@ -15,14 +15,11 @@ namespace {
 // Normals closer together than this count as one direction: sin(10 deg).
 constexpr double kSinIndependent = 0.17364817766693033;
 
-}  // namespace
-
-ContactTruth CalcContactTruth(const ContactResults<double>& results,
-                              BodyIndex tool_body) {
-  ContactTruth truth;
-  Vector3d push = Vector3d::Zero();  // The normal forces' sum.
-  Eigen::Matrix3d basis;  // Its first `dimension` columns are in use.
-  int count = 0;
+// Calls visit(normal force, force of the tool on its environment, normal into
+// the surface, place) for each of the tool's contacts that has a force.
+template <typename Visit>
+void VisitPushing(const ContactResults<double>& results, BodyIndex tool_body,
+                  const Visit& visit) {
   for (int i = 0; i < results.num_point_pair_contacts(); ++i) {
     const auto& info = results.point_pair_contact_info(i);
     // Drake gives the force on body B and the normal from B into A.
@@ -37,7 +34,22 @@ ContactTruth CalcContactTruth(const ContactResults<double>& results,
     const Vector3d force = sign * info.contact_force();
     const Vector3d normal = -sign * info.point_pair().nhat_BA_W;
     const double normal_force = force.dot(normal);
-    if (!(normal_force > 0)) continue;
+    if (normal_force > 0) {
+      visit(normal_force, force, normal, info.contact_point());
+    }
+  }
+}
+
+}  // namespace
+
+ContactTruth CalcContactTruth(const ContactResults<double>& results,
+                              BodyIndex tool_body) {
+  ContactTruth truth;
+  Vector3d push = Vector3d::Zero();  // The normal forces' sum.
+  Eigen::Matrix3d basis;  // Its first `dimension` columns are in use.
+  int count = 0;
+  const auto visit = [&](double normal_force, const Vector3d& force,
+                         const Vector3d& normal, const Vector3d&) {
     truth.force += force;
     push += normal_force * normal;
     Vector3d rest = normal;
@@ -48,26 +60,41 @@ ContactTruth CalcContactTruth(const ContactResults<double>& results,
     if (size > kSinIndependent) basis.col(truth.dimension++) = rest / size;
     truth.normal = normal;
     ++count;
-  }
+  };
+  VisitPushing(results, tool_body, visit);
   if (count > 1) truth.normal = push.normalized();
   return truth;
 }
 
-ContactTruthSystem::ContactTruthSystem(BodyIndex tool_body)
-    : tool_body_(tool_body) {
+RotationTruth CalcRotationTruth(const ContactResults<double>& results,
+                                BodyIndex tool_body) {
+  RotationTruth truth;
+  VisitPushing(results, tool_body,
+               [&truth](double, const Vector3d&, const Vector3d& normal,
+                        const Vector3d& p) { truth.Add(p, normal); });
+  return truth;
+}
+
+ContactTruthSystem::ContactTruthSystem(BodyIndex tool_body, bool rotations)
+    : tool_body_(tool_body), rotations_(rotations) {
   const auto& input = DeclareAbstractInputPort(
       "contact_results", drake::Value<ContactResults<double>>());
-  DeclareVectorOutputPort("truth", 7, &ContactTruthSystem::CalcTruth,
-                          {input.ticket()});
+  DeclareVectorOutputPort("truth", rotations ? 11 : 7,
+                          &ContactTruthSystem::CalcTruth, {input.ticket()});
 }
 
 void ContactTruthSystem::CalcTruth(
     const drake::systems::Context<double>& context,
     drake::systems::BasicVector<double>* output) const {
-  const ContactTruth truth = CalcContactTruth(
-      get_contact_results_input_port().Eval<ContactResults<double>>(context),
-      tool_body_);
-  output->get_mutable_value() << truth.force, truth.normal, truth.dimension;
+  const auto& results =
+      get_contact_results_input_port().Eval<ContactResults<double>>(context);
+  auto values = output->get_mutable_value();
+  const ContactTruth truth = CalcContactTruth(results, tool_body_);
+  values.head<7>() << truth.force, truth.normal, truth.dimension;
+  if (rotations_) {
+    const RotationTruth blocked = CalcRotationTruth(results, tool_body_);
+    values.tail<4>() << blocked.dimension(), blocked.CalcFreeAxis();
+  }
 }
 
 }  // namespace dual_proxy

@@ -6,6 +6,8 @@
 #include <drake/systems/framework/leaf_system.h>
 #include <Eigen/Core>
 
+#include "dual_proxy/experiment/rotation_truth.h"
+
 namespace dual_proxy {
 
 /** What really touches, from the simulator. */
@@ -27,7 +29,14 @@ ContactTruth CalcContactTruth(
     const drake::multibody::ContactResults<double>& results,
     drake::multibody::BodyIndex tool_body);
 
-/** The tool's true contacts as a vector: CalcContactTruth() as a system.
+/** Which rotations the tool's contacts block. The arguments are those of
+CalcContactTruth(). No heap. */
+RotationTruth CalcRotationTruth(
+    const drake::multibody::ContactResults<double>& results,
+    drake::multibody::BodyIndex tool_body);
+
+/** The tool's true contacts as a vector: CalcContactTruth() and, on request,
+CalcRotationTruth() as a system.
 
 @system
 name: ContactTruthSystem
@@ -41,13 +50,16 @@ Input port:
 - `contact_results`, abstract ContactResults<double>: the plant's.
 
 Output port:
-- `truth`, 7: force 3, N; normal 3; dimension 1; in B.
+- `truth`, 7: force 3, N; normal 3; dimension 1; in B. With `rotations` 11: and
+  the number of rotations that are blocked 1, the axis of free rotation 3.
 
 No state; the output at t is of the input at t. */
 class ContactTruthSystem final : public drake::systems::LeafSystem<double> {
  public:
-  /** @param tool_body PandaScene::tool_body. */
-  explicit ContactTruthSystem(drake::multibody::BodyIndex tool_body);
+  /** @param tool_body PandaScene::tool_body.
+  @param rotations whether rotations are of interest. */
+  explicit ContactTruthSystem(drake::multibody::BodyIndex tool_body,
+                              bool rotations = false);
 
   const drake::systems::InputPort<double>& get_contact_results_input_port()
       const {
@@ -62,6 +74,7 @@ class ContactTruthSystem final : public drake::systems::LeafSystem<double> {
                  drake::systems::BasicVector<double>* output) const;
 
   drake::multibody::BodyIndex tool_body_;
+  bool rotations_{false};
 };
 
 }  // namespace dual_proxy

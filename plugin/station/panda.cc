@@ -101,29 +101,59 @@ ModelInstanceIndex AddArm(MultibodyPlant<double>* plant, double tool_mass) {
   return arm;
 }
 
+// A ball of the tool, which touches.
+struct TouchingBall {
+  std::string name;
+  double radius{0};  // m.
+  Vector3d p_SBall;  // Its centre, m, in S.
+};
+
+std::vector<TouchingBall> MakeTouchingBalls(const PandaSceneParams& params) {
+  if (params.tool == Tool::kSphere) {
+    return {{"tip", kTipRadius, kSensorToToolPoint}};
+  }
+  std::vector<TouchingBall> balls;
+  for (const Vector3d& p_ECorner : params.Corners()) {
+    balls.push_back({"corner" + std::to_string(balls.size()), kCornerRadius,
+                     kSensorToToolPoint + p_ECorner});
+  }
+  return balls;
+}
+
 // The shapes stand along z of S.
-void DrawTool(MultibodyPlant<double>* plant, const RigidBody<double>& tool) {
+void DrawTool(MultibodyPlant<double>* plant, const RigidBody<double>& tool,
+              const PandaSceneParams& params) {
   const Vector4d dark(0.16, 0.17, 0.19, 1);
   const Vector4d steel(0.66, 0.69, 0.73, 1);
-  const auto draw = [&](const char* name, const Shape& shape, double height,
-                        const Vector4d& color) {
-    plant->RegisterVisualGeometry(tool, RigidTransformd(Vector3d(0, 0, height)),
-                                  shape, name, color);
+  const auto draw = [&](const std::string& name, const Shape& shape,
+                        const Vector3d& p_SShape, const Vector4d& color) {
+    plant->RegisterVisualGeometry(tool, RigidTransformd(p_SShape), shape, name,
+                                  color);
   };
-  draw("sensor", Cylinder(0.0375, 0.03), 0.015, dark);
-  draw("collar", Cylinder(0.03, 0.008), 0.034, steel);
-  draw("shaft", Cylinder(0.006, 0.062), 0.069, steel);
-  draw("ball", Sphere(kTipRadius), 0.1, dark);
+  draw("sensor", Cylinder(0.0375, 0.03), {0, 0, 0.015}, dark);
+  draw("collar", Cylinder(0.03, 0.008), {0, 0, 0.034}, steel);
+  draw("shaft", Cylinder(0.006, 0.062), {0, 0, 0.069}, steel);
+  for (const TouchingBall& ball : MakeTouchingBalls(params)) {
+    draw(ball.name, Sphere(ball.radius), ball.p_SBall, dark);
+  }
+  if (params.tool == Tool::kFlat) {
+    const double edge = params.tool_size + 2 * kCornerRadius;
+    draw("pad", Box(edge, edge, kCornerRadius),
+         kSensorToToolPoint - kCornerRadius * Vector3d::UnitZ(), steel);
+  }
 }
 
 // Contact properties of one body; tool and surfaces each carry them. Drake
 // combines two bodies' stiffness in series, adds their relaxation times, and
 // takes the stiffness-weighted mean of their Hunt-Crossley coefficients and the
-// harmonic mean of their frictions.
-ProximityProperties MakeProximityProperties(const PandaSceneParams& params) {
+// harmonic mean of their frictions. A contact with a surface has this `share`
+// of the whole stiffness.
+ProximityProperties MakeProximityProperties(const PandaSceneParams& params,
+                                            double share = 1) {
   ProximityProperties properties;
   drake::geometry::AddContactMaterial(
-      params.contact_dissipation, 2 * params.contact_stiffness,
+      params.contact_dissipation,
+      2 * params.contact_stiffness * share / (2 - share),
       CoulombFriction<double>(params.friction, params.friction), &properties);
   properties.AddProperty("material", "relaxation_time",
                          params.relaxation_time / 2);
@@ -194,10 +224,16 @@ PandaScene AddPandaScene(drake::systems::DiagramBuilder<double>* builder,
   if (drawn) scene.arm = AddArm(plant, params.tool_mass);
 
   const RigidBody<double>& tool = plant->GetBodyByName("tool", scene.arm);
-  if (drawn) DrawTool(plant, tool);
+  if (drawn) DrawTool(plant, tool, params);
+  const std::vector<TouchingBall> balls = MakeTouchingBalls(params);
+  const ProximityProperties tool_properties =
+      MakeProximityProperties(params, 1.0 / static_cast<double>(balls.size()));
+  for (const TouchingBall& ball : balls) {
+    plant->RegisterCollisionGeometry(tool, RigidTransformd(ball.p_SBall),
+                                     Sphere(ball.radius), ball.name,
+                                     tool_properties);
+  }
   const ProximityProperties properties = MakeProximityProperties(params);
-  plant->RegisterCollisionGeometry(tool, RigidTransformd(kSensorToToolPoint),
-                                   Sphere(kTipRadius), "tip", properties);
   for (const BoxParams& box : params.AllBoxes()) {
     const RigidTransformd X_BBox(RotationMatrixd::MakeZRotation(box.yaw),
                                  box.center);

@@ -72,6 +72,7 @@ class StationBuilder {
   // The arm in its scene, the wrist sensor, the robot side, the filter.
   void AddRobot() {
     const PandaSceneParams& params = scenario_.scene;
+    const bool angular = scenario_.has_angular_filter();
     const PandaModel model(params.tool_mass, params.gravity);
     const Vector7 q_start = model.SolveInverseKinematics(
         scenario_.map.p_cw, scenario_.map.R_cw, scenario_.controller.q_rest);
@@ -80,15 +81,19 @@ class StationBuilder {
         Add<SensorReactionSystem>("reaction", scene_->sensor_joint);
     robot_side_ = Add<RobotSideSystem>(
         "robot_side",
-        RobotSideParams{.proxy = scenario_.robot_proxy,
-                        .controller = scenario_.controller,
-                        .sender = scenario_.link.sender,
-                        .filter_period = scenario_.filter.period},
+        RobotSideParams{
+            .proxy = scenario_.robot_proxy,
+            .controller = scenario_.controller,
+            .sender = scenario_.link.sender,
+            .filter_period = scenario_.filter.period,
+            .angular_filter_period =
+                angular ? scenario_.angular_filter.filter.period : 0},
         model.arm_params(), q_start,
         RobotSideSensor{.params = scenario_.sensor,
                         .p_SE = kSensorToToolPoint,
                         .seed = scenario_.CalcSeed(Stream::kSensor)});
-    auto* truth = Add<ContactTruthSystem>("contact_truth", scene_->tool_body);
+    auto* truth =
+        Add<ContactTruthSystem>("contact_truth", scene_->tool_body, angular);
     RobotSideSystem& side = *robot_side_;
     builder_.Connect(scene_->get_reaction_forces_output_port(),
                      reaction->get_reaction_forces_input_port());
@@ -101,15 +106,23 @@ class StationBuilder {
     builder_.Connect(reaction->get_reaction_output_port(),
                      side.get_reaction_input_port());
     Log(side.get_signals_output_port(), RobotSide::OutputLayout());
-    Log(truth->get_truth_output_port(),
-        {{.name = "contact_force", .start = 0, .size = 3},
-         {.name = "contact_normal", .start = 3, .size = 3},
-         {.name = "contact_dimension", .start = 6, .size = 1}});
+    std::vector<SignalSlice> layout{
+        {.name = "contact_force", .start = 0, .size = 3},
+        {.name = "contact_normal", .start = 3, .size = 3},
+        {.name = "contact_dimension", .start = 6, .size = 1}};
+    if (angular) {
+      layout.push_back(
+          {.name = "contact_moment_dimension", .start = 7, .size = 1});
+      layout.push_back(
+          {.name = "contact_rotation_axis", .start = 8, .size = 3});
+    }
+    Log(truth->get_truth_output_port(), layout);
     builder_.ExportOutput(scene_->get_state_output_port(), "robot_state");
     builder_.ExportOutput(side.get_sensed_wrench_output_port(),
                           "sensed_wrench");
     builder_.ExportOutput(side.get_torque_output_port(), "torque");
     if (scenario_.scheme == Scheme::kDualProxy) AddFilter();
+    if (angular) AddAngularFilter();
   }
 
   void AddFilter() {
@@ -133,6 +146,30 @@ class StationBuilder {
                           "force_selection");
   }
 
+  // A second filter, for moments and rotations.
+  void AddAngularFilter() {
+    RobotSideSystem& side = *robot_side_;
+    auto* filter = Add<ForceSpaceParticleFilterSystem>(
+        "angular_filter", scenario_.angular_filter.filter,
+        scenario_.CalcSeed(Stream::kAngularFilter));
+    builder_.Connect(side.get_mean_sensed_moment_output_port(),
+                     filter->get_sensed_force_input_port());
+    builder_.Connect(side.get_mean_angular_velocity_output_port(),
+                     filter->get_velocity_input_port());
+    builder_.Connect(side.get_mean_motion_moment_output_port(),
+                     filter->get_motion_force_input_port());
+    builder_.Connect(side.get_mean_contact_moment_output_port(),
+                     filter->get_contact_force_input_port());
+    builder_.Connect(filter->get_force_selection_output_port(),
+                     side.get_moment_selection_input_port());
+    Log(filter->get_dimension_output_port(), "moment_dimension");
+    Log(filter->get_force_selection_output_port(), "moment_selection");
+    builder_.ExportOutput(filter->get_dimension_output_port(),
+                          "moment_dimension");
+    builder_.ExportOutput(filter->get_force_selection_output_port(),
+                          "moment_selection");
+  }
+
   // The device in the operator's hand, and the haptic side.
   void AddDevice() {
     const WorkspaceMap map(scenario_.map);
@@ -140,6 +177,7 @@ class StationBuilder {
     for (auto&& point : path_.points.colwise()) {
       point = map.HapticProxy(point, scenario_.map.R_cw).p;
     }
+    path_.rotations = scenario_.map.R_DB * path_.rotations;
     const HapticSideParams params{.proxy = scenario_.haptic_proxy,
                                   .controller = scenario_.haptic_controller,
                                   .sender = scenario_.link.sender};

@@ -43,9 +43,10 @@ struct TeleopStation {
 
 The systems have the names of the picture, and the diagram's outputs are
 `robot_state` (14), `sensed_wrench` (6), `torque` (7), `device_pose`,
-`device_wrench` (6), and with the dual proxy `force_selection` (9) and
-`dimension` (1). The same wiring as dual_proxy.station in Python, and the same
-bits.
+`device_wrench` (6), with the dual proxy `force_selection` (9) and `dimension`
+(1), and with the angular filter (a second one, `angular_filter`)
+`moment_selection` (9) and `moment_dimension` (1). The same wiring as
+dual_proxy.station in Python, and the same bits.
 @throws std::exception if the scenario is not valid, or no posture of the arm
 reaches the start. */
 TeleopStation AddTeleopStation(drake::systems::DiagramBuilder<double>* builder,

@@ -278,11 +278,12 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
                            model.bias - model.gravity,
                        model.gravity, state);
 
-  const Vector6 motion_wrench = params_.unit_mass_motion_force
-                                    ? acceleration
-                                    : Vector6(Lambda * acceleration);
-  output.motion_force = motion_wrench.head<3>();
-  output.motion_moment = motion_wrench.tail<3>();
+  const Vector6 motion_wrench = Lambda * acceleration;
+  const bool unit_mass = params_.unit_mass_motion_force;
+  const bool unit_inertia = params_.unit_inertia_motion_moment;
+  output.motion_force = (unit_mass ? acceleration : motion_wrench).head<3>();
+  output.motion_moment =
+      (unit_inertia ? acceleration : motion_wrench).tail<3>();
   output.observed_energy = state->force.passivity.energy;
   output.injected_damping = state->force.passivity.damping;
   output.observed_moment_energy = state->moment.passivity.energy;

@@ -53,6 +53,12 @@ struct OperationalSpaceControllerParams {
   F_m, whose direction is that of the commanded motion. False: F_m as printed,
   which Lambda turns by up to 17 degrees. */
   bool unit_mass_motion_force{true};
+  /** True: the output `motion_moment` is likewise the command of a unit
+  inertia. False: M_m, N m, as printed. Here that is better: the inertia about a
+  tool's own axis is a few percent of that about the others, so a little
+  friction there makes most of the angular acceleration, but little of the
+  moment. */
+  bool unit_inertia_motion_moment{false};
 
   /** rad, finite: joint posture kept in the null space. */
   Vector7 q_rest{
@@ -97,6 +103,8 @@ struct OperationalSpaceControllerParams {
     a->Visit(MakeNameValue("force_passivity", &force_passivity));
     a->Visit(MakeNameValue("moment_passivity", &moment_passivity));
     a->Visit(MakeNameValue("unit_mass_motion_force", &unit_mass_motion_force));
+    a->Visit(MakeNameValue("unit_inertia_motion_moment",
+                           &unit_inertia_motion_moment));
     a->Visit(MakeNameValue("q_rest", &q_rest));
     a->Visit(MakeNameValue("posture_stiffness", &posture_stiffness));
     a->Visit(MakeNameValue("posture_damping", &posture_damping));
@@ -157,7 +165,7 @@ struct OperationalSpaceControllerOutput {
   /** Command in motion space: m/s^2 = N for 1 kg, or F_m in N
   (unit_mass_motion_force). */
   Eigen::Vector3d motion_force{Eigen::Vector3d::Zero()};
-  /** The same for rotation: rad/s^2, or N m. */
+  /** The same for rotation: rad/s^2, or N m (unit_inertia_motion_moment). */
   Eigen::Vector3d motion_moment{Eigen::Vector3d::Zero()};
   /** F_f, command in force space, N. */
   Eigen::Vector3d contact_force{Eigen::Vector3d::Zero()};

@@ -70,7 +70,7 @@ void HapticSideSystem::Step(const Context& context, Memory* memory) const {
     input.device_velocity = memory->device.read_velocity;
     side_.Update(time, input, &memory->side);
     const OperatorPathSample intended = path_->Calc(time);
-    device_->Update({.p = intended.position, .R = Eigen::Matrix3d::Identity()},
+    device_->Update({.p = intended.position, .R = intended.rotation},
                     intended.velocity, told, &memory->device);
   }
   memory->stepped = true;

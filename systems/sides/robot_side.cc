@@ -76,6 +76,11 @@ void RobotSideParams::Validate() const {
     ThrowInvalidField(who, "filter_period", "at least the control period",
                       filter_period);
   }
+  if (angular_filter_period != 0 && !(angular_filter_period >= proxy.period)) {
+    ThrowInvalidField(who, "angular_filter_period",
+                      "0 or at least the control period",
+                      angular_filter_period);
+  }
 }
 
 RobotSide::RobotSide(RobotSideParams params)
@@ -84,7 +89,11 @@ RobotSide::RobotSide(RobotSideParams params)
       controller_(params.controller),
       filter_means_(params.filter_period),
       pose_sender_(params.sender),
-      force_sender_(params.sender) {}
+      force_sender_(params.sender) {
+  if (params.angular_filter_period > 0) {
+    angular_filter_means_.emplace(params.angular_filter_period);
+  }
+}
 
 RobotSideState RobotSide::MakeState() const {
   RobotSideState state;
@@ -142,6 +151,17 @@ void RobotSide::Update(double time, const RobotSideInput& input,
                            .velocity = mean.segment<3>(3),
                            .motion_force = mean.segment<3>(6),
                            .contact_force = mean.segment<3>(9)};
+  }
+  if (valid && angular_filter_means_) {
+    Eigen::Matrix<double, 12, 1> sample;
+    sample << output.sensed_wrench.tail<3>(), output.v_BE.tail<3>(),
+        output.controller.motion_moment, output.controller.contact_moment;
+    angular_filter_means_->Update(time, sample, &state->angular_filter_means);
+    const Eigen::Matrix<double, 12, 1>& mean = state->angular_filter_means.mean;
+    output.angular_filter_means = {.sensed_moment = mean.segment<3>(0),
+                                   .angular_velocity = mean.segment<3>(3),
+                                   .motion_moment = mean.segment<3>(6),
+                                   .contact_moment = mean.segment<3>(9)};
   }
 
   output.message =

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -24,6 +25,9 @@ struct RobotSideParams {
   /** s, >= period: time between two updates of the force-space particle filter,
   over which its inputs are averaged. */
   double filter_period{1 / 15.0};
+  /** The same of the angular filter; 0 is without one: its means are not
+  computed. */
+  double angular_filter_period{0};
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
@@ -52,12 +56,22 @@ struct FilterMeans {
   Eigen::Vector3d contact_force{Eigen::Vector3d::Zero()};  ///< F_f, N.
 };
 
+/** The angular filter's inputs; 3-vectors in B, moments about E. */
+struct AngularFilterMeans {
+  Eigen::Vector3d sensed_moment{Eigen::Vector3d::Zero()};     ///< M_s, N m.
+  Eigen::Vector3d angular_velocity{Eigen::Vector3d::Zero()};  ///< w_BE, rad/s.
+  Eigen::Vector3d motion_moment{Eigen::Vector3d::Zero()};     ///< M_m, N m.
+  Eigen::Vector3d contact_moment{Eigen::Vector3d::Zero()};    ///< M_f, N m.
+};
+
 /** Results of one cycle, and what of the inputs belongs in a log. */
 struct RobotSideOutput {
   RobotSideProxyOutput proxy;
   OperationalSpaceControllerOutput controller;
   /** Means since the filter's last update. */
   FilterMeans filter_means;
+  /** The same of the angular filter; zero without one. */
+  AngularFilterMeans angular_filter_means;
   PoseMessage message;         ///< Newest message to the haptic side.
   ForceMessage force_message;  ///< The same for the two-channel baseline.
 
@@ -79,16 +93,19 @@ struct RobotSideState {
   ForceSenderState force_sender;
   /** Of sensed force, velocity, motion force, contact force. */
   WindowMeanState<12> filter_means;
+  /** Of sensed moment, angular velocity, motion moment, contact moment. */
+  WindowMeanState<12> angular_filter_means;
   RobotSideOutput output;  ///< Of the last cycle.
 };
 
 /** All of the robot side's work in one control cycle: proxy, controller, means
-for the filter, senders, in this order. It owns no logic but the order; each
+for the filters, senders, in this order. It owns no logic but the order; each
 part is documented where it is.
 
 The means are a WindowMean over filter_period: a filter that updates at a
 multiple of filter_period and looks at the output of the cycle before it sees
-exactly one full window. A cycle that the controller refused adds nothing.
+exactly one full window. A cycle that the controller refused adds nothing. Those
+of the angular filter are alike, over angular_filter_period.
 
 Update() neither allocates nor throws. */
 class RobotSide {
@@ -125,6 +142,7 @@ class RobotSide {
   RobotSideProxy proxy_;
   OperationalSpaceController controller_;
   WindowMean<12> filter_means_;
+  std::optional<WindowMean<12>> angular_filter_means_;
   PoseSender pose_sender_;
   ForceSender force_sender_;
 };

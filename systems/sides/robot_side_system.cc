@@ -78,6 +78,20 @@ RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
                           wrench = memory.sensor.wrench;
                         });
   }
+  if (params.angular_filter_period > 0) {
+    using Means = AngularFilterMeans;
+    const auto declare_angular = [this](const std::string& name,
+                                        Eigen::Vector3d Means::* mean) {
+      DeclareVectorOutput(
+          "mean_" + name, 3, [mean](const Memory& memory, Vector value) {
+            value = memory.side.output.angular_filter_means.*mean;
+          });
+    };
+    declare_angular("sensed_moment", &Means::sensed_moment);
+    declare_angular("angular_velocity", &Means::angular_velocity);
+    declare_angular("motion_moment", &Means::motion_moment);
+    declare_angular("contact_moment", &Means::contact_moment);
+  }
 }
 
 void RobotSideSystem::CalcRobotPose(const Context& context,

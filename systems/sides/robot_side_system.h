@@ -50,6 +50,10 @@ output_ports:
 - mean_motion_force
 - mean_contact_force
 - sensed_wrench (only with a simulated sensor)
+- mean_sensed_moment (only with an angular filter)
+- mean_angular_velocity (likewise)
+- mean_motion_moment (likewise)
+- mean_contact_moment (likewise)
 @endsystem
 
 Input ports, in the base frame B unless said:
@@ -69,6 +73,9 @@ Output ports:
 - `mean_...`, 3 each, N, m/s, N, N: the filter's inputs, means over its current
   period.
 - `sensed_wrench`, 6: as the input of that name (only with a simulated sensor).
+- `mean_sensed_moment`, `mean_angular_velocity`, `mean_motion_moment`,
+  `mean_contact_moment`, 3 each, N m, rad/s, N m, N m: the angular filter's
+  inputs, likewise (only where `params.angular_filter_period` > 0).
 
 Steps every `params.controller.period`; all outputs but `robot_pose` are those
 of the last step. Before the first the torque holds the arm at `q_start`, if
@@ -137,6 +144,22 @@ class RobotSideSystem final : public Face<RobotSideMemory> {
   /** @throws std::exception without a simulated sensor. */
   const OutputPort& get_sensed_wrench_output_port() const {
     return GetOutputPort("sensed_wrench");
+  }
+  /** @throws std::exception without an angular filter. */
+  const OutputPort& get_mean_sensed_moment_output_port() const {
+    return GetOutputPort("mean_sensed_moment");
+  }
+  /** @throws std::exception without an angular filter. */
+  const OutputPort& get_mean_angular_velocity_output_port() const {
+    return GetOutputPort("mean_angular_velocity");
+  }
+  /** @throws std::exception without an angular filter. */
+  const OutputPort& get_mean_motion_moment_output_port() const {
+    return GetOutputPort("mean_motion_moment");
+  }
+  /** @throws std::exception without an angular filter. */
+  const OutputPort& get_mean_contact_moment_output_port() const {
+    return GetOutputPort("mean_contact_moment");
   }
 
  private:

@@ -3,9 +3,70 @@
 
 #include <algorithm>
 
+#include "dual_proxy/common/rotation.h"
 #include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
+namespace {
+
+// At or after point `index`, by the share s of the `duration` until the next;
+// a duration of zero is rest at the point.
+struct Place {
+  int index{0};
+  double s{0};         // In [0, 1).
+  double duration{0};  // s.
+};
+
+// At each point the slope of the parabola through it and its neighbours; zero
+// at both ends.
+Eigen::Matrix3Xd CalcTangents(const Eigen::VectorXd& t,
+                              const Eigen::Matrix3Xd& p) {
+  Eigen::Matrix3Xd tangents = Eigen::Matrix3Xd::Zero(3, t.size());
+  for (int i = 1; i + 1 < t.size(); ++i) {
+    const double before = t(i) - t(i - 1);
+    const double after = t(i + 1) - t(i);
+    const Eigen::Vector3d v_before = (p.col(i) - p.col(i - 1)) / before;
+    const Eigen::Vector3d v_after = (p.col(i + 1) - p.col(i)) / after;
+    tangents.col(i) = (after * v_before + before * v_after) / (before + after);
+  }
+  return tangents;
+}
+
+void Interpolate(PathInterpolation interpolation,
+                 const Eigen::Matrix3Xd& points,
+                 const Eigen::Matrix3Xd& tangents, const Place& place,
+                 Eigen::Vector3d* value, Eigen::Vector3d* rate) noexcept {
+  const int i = place.index;
+  const double s = place.s;
+  const double duration = place.duration;
+  if (duration == 0) {
+    *value = points.col(i);
+    rate->setZero();
+    return;
+  }
+  const Eigen::Vector3d step = points.col(i + 1) - points.col(i);
+  switch (interpolation) {
+    case PathInterpolation::kLinear:
+      *value = points.col(i) + s * step;
+      *rate = step / duration;
+      break;
+    case PathInterpolation::kMinimumJerk:
+      *value = points.col(i) + s * s * s * (10 + s * (-15 + s * 6)) * step;
+      *rate = 30 * s * s * (1 - s) * (1 - s) / duration * step;
+      break;
+    case PathInterpolation::kCubic: {
+      const Eigen::Vector3d m0 = duration * tangents.col(i);
+      const Eigen::Vector3d m1 = duration * tangents.col(i + 1);
+      const Eigen::Vector3d c2 = 3 * step - 2 * m0 - m1;
+      const Eigen::Vector3d c3 = m0 + m1 - 2 * step;
+      *value = points.col(i) + s * (m0 + s * (c2 + s * c3));
+      *rate = (m0 + s * (2 * c2 + 3 * s * c3)) / duration;
+      break;
+    }
+  }
+}
+
+}  // namespace
 
 void OperatorPathParams::Validate() const {
   constexpr const char* kWho = "OperatorPathParams";
@@ -24,6 +85,11 @@ void OperatorPathParams::Validate() const {
                       static_cast<double>(points.cols()));
   }
   ThrowUnlessFinite(kWho, "points", points.reshaped());
+  if (rotations.cols() != 0 && rotations.cols() != times.size()) {
+    ThrowInvalidField(kWho, "rotations", "none, or one column per time",
+                      static_cast<double>(rotations.cols()));
+  }
+  ThrowUnlessFinite(kWho, "rotations", rotations.reshaped());
   if (interpolation != PathInterpolation::kMinimumJerk &&
       interpolation != PathInterpolation::kLinear &&
       interpolation != PathInterpolation::kCubic) {
@@ -34,51 +100,34 @@ void OperatorPathParams::Validate() const {
 
 OperatorPath::OperatorPath(const OperatorPathParams& params) : params_(params) {
   params_.Validate();
-  const Eigen::VectorXd& t = params_.times;
-  const Eigen::Matrix3Xd& p = params_.points;
-  tangents_.setZero(3, t.size());
-  for (int i = 1; i + 1 < t.size(); ++i) {
-    const double before = t(i) - t(i - 1);
-    const double after = t(i + 1) - t(i);
-    const Eigen::Vector3d v_before = (p.col(i) - p.col(i - 1)) / before;
-    const Eigen::Vector3d v_after = (p.col(i + 1) - p.col(i)) / after;
-    tangents_.col(i) = (after * v_before + before * v_after) / (before + after);
+  tangents_ = CalcTangents(params_.times, params_.points);
+  if (params_.rotations.cols() > 0) {
+    rotation_tangents_ = CalcTangents(params_.times, params_.rotations);
   }
 }
 
 OperatorPathSample OperatorPath::Calc(double time) const noexcept {
   const Eigen::VectorXd& times = params_.times;
-  const Eigen::Matrix3Xd& points = params_.points;
   const int last = static_cast<int>(times.size()) - 1;
-  if (!(time > times(0))) return {points.col(0), Eigen::Vector3d::Zero()};
-  if (time >= times(last)) return {points.col(last), Eigen::Vector3d::Zero()};
-
-  const double* begin = times.data();
-  const int i = static_cast<int>(
-      std::upper_bound(begin, begin + last + 1, time) - begin - 1);
-  const double duration = times(i + 1) - times(i);
-  const double s = (time - times(i)) / duration;  // In [0, 1).
-  const Eigen::Vector3d step = points.col(i + 1) - points.col(i);
+  Place place;
+  if (time >= times(last)) {
+    place.index = last;
+  } else if (time > times(0)) {
+    const double* begin = times.data();
+    place.index = static_cast<int>(
+        std::upper_bound(begin, begin + last + 1, time) - begin - 1);
+    place.duration = times(place.index + 1) - times(place.index);
+    place.s = (time - times(place.index)) / place.duration;
+  }
   OperatorPathSample sample;
-  switch (params_.interpolation) {
-    case PathInterpolation::kLinear:
-      sample.position = points.col(i) + s * step;
-      sample.velocity = step / duration;
-      break;
-    case PathInterpolation::kMinimumJerk:
-      sample.position =
-          points.col(i) + s * s * s * (10 + s * (-15 + s * 6)) * step;
-      sample.velocity = 30 * s * s * (1 - s) * (1 - s) / duration * step;
-      break;
-    case PathInterpolation::kCubic: {
-      const Eigen::Vector3d m0 = duration * tangents_.col(i);
-      const Eigen::Vector3d m1 = duration * tangents_.col(i + 1);
-      const Eigen::Vector3d c2 = 3 * step - 2 * m0 - m1;
-      const Eigen::Vector3d c3 = m0 + m1 - 2 * step;
-      sample.position = points.col(i) + s * (m0 + s * (c2 + s * c3));
-      sample.velocity = (m0 + s * (2 * c2 + 3 * s * c3)) / duration;
-      break;
-    }
+  Interpolate(params_.interpolation, params_.points, tangents_, place,
+              &sample.position, &sample.velocity);
+  if (params_.rotations.cols() > 0) {
+    Eigen::Vector3d rotation;
+    Eigen::Vector3d rate;
+    Interpolate(params_.interpolation, params_.rotations, rotation_tangents_,
+                place, &rotation, &rate);
+    sample.rotation = ExpRotation(rotation);
   }
   return sample;
 }

@@ -33,6 +33,11 @@ struct OperatorPathParams {
   Eigen::Matrix3Xd points{Eigen::Matrix3Xd::Zero(3, 1)};
   /** Between two points. A person's recorded motion is kCubic or kLinear. */
   PathInterpolation interpolation{PathInterpolation::kMinimumJerk};
+  /** 3 x n, rad, finite, or 3 x 0 for no rotation: rotation vectors by which
+  the operator wants to turn tool or handle from where it is at the start, in
+  the frame of `points`. Between two of them their coordinates are interpolated.
+*/
+  Eigen::Matrix3Xd rotations{Eigen::Matrix3Xd::Zero(3, 0)};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
@@ -40,8 +45,9 @@ struct OperatorPathParams {
 
 /** A point of an OperatorPath, in the frame of its points. */
 struct OperatorPathSample {
-  Eigen::Vector3d position{Eigen::Vector3d::Zero()};  ///< m.
-  Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};  ///< m/s.
+  Eigen::Vector3d position{Eigen::Vector3d::Zero()};      ///< m.
+  Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};      ///< m/s.
+  Eigen::Matrix3d rotation{Eigen::Matrix3d::Identity()};  ///< From the start.
 };
 
 /** What the simulated operator intends: a path through given points at given
@@ -56,13 +62,17 @@ class OperatorPath {
 
   const OperatorPathParams& params() const { return params_; }
 
-  /** The intended position and velocity at `time` (s). A time that is not a
-  number gives the first point at rest. Cost O(log n). No heap, no throw. */
+  /** The intended position, velocity and rotation at `time` (s). A time that is
+  not a number gives the first point at rest. Cost O(log n). No heap, no throw.
+  */
   OperatorPathSample Calc(double time) const noexcept;
 
  private:
   OperatorPathParams params_;
-  Eigen::Matrix3Xd tangents_;  // m/s at each point; used by kCubic only.
+  // Rates of change at each point, m/s, and rad/s of the rotations'
+  // coordinates; used by kCubic only.
+  Eigen::Matrix3Xd tangents_;
+  Eigen::Matrix3Xd rotation_tangents_;
 };
 
 }  // namespace dual_proxy

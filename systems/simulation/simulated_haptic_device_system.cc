@@ -26,7 +26,7 @@ SimulatedHapticDeviceSystem::SimulatedHapticDeviceSystem(
 void SimulatedHapticDeviceSystem::Step(const Context& context,
                                        State* state) const {
   const OperatorPathSample intended = path_.Calc(context.get_time());
-  device_.Update({.p = intended.position, .R = Eigen::Matrix3d::Identity()},
+  device_.Update({.p = intended.position, .R = intended.rotation},
                  intended.velocity,
                  EvalVector<6>(get_device_wrench_input_port(), context), state);
 }

@@ -56,6 +56,12 @@ class OperationalSpaceControllerTest : public ::testing::Test {
     params_.max_mass = 1e6;
   }
 
+  static Matrix6 Lambda(const OperationalSpaceControllerInput& input) {
+    return (input.model.J_BE * input.model.mass.inverse() *
+            input.model.J_BE.transpose())
+        .inverse();
+  }
+
   OperationalSpaceControllerInput RandomInput() {
     OperationalSpaceControllerInput input;
     input.model = RandomModel(&random_);
@@ -148,7 +154,9 @@ TEST_F(OperationalSpaceControllerTest, MotionIsDecoupledAndExact) {
     EXPECT_LT((TipAcceleration(input.model, output.torque) - expected).norm(),
               1e-7);
     EXPECT_LT((output.motion_force - expected.head<3>()).norm(), 1e-12);
-    EXPECT_LT((output.motion_moment - expected.tail<3>()).norm(), 1e-12);
+    EXPECT_LT(
+        (output.motion_moment - (Lambda(input) * expected).tail<3>()).norm(),
+        1e-7);
     EXPECT_EQ(output.contact_force, Vector3d::Zero());
   }
 }
@@ -164,11 +172,22 @@ TEST_F(OperationalSpaceControllerTest, PrintedLawHasNoFeedForward) {
   Vector6 unit;
   unit << -500 * input.motion_error - 40 * twist.head<3>(),
       -600 * input.rotation_error - 38 * twist.tail<3>();
-  const Matrix6 Lambda = (input.model.J_BE * input.model.mass.inverse() *
-                          input.model.J_BE.transpose())
-                             .inverse();
-  EXPECT_LT((output.motion_force - (Lambda * unit).head<3>()).norm(), 1e-7);
-  EXPECT_LT((output.motion_moment - (Lambda * unit).tail<3>()).norm(), 1e-7);
+  const Vector6 wrench = Lambda(input) * unit;
+  EXPECT_LT((output.motion_force - wrench.head<3>()).norm(), 1e-7);
+  EXPECT_LT((output.motion_moment - wrench.tail<3>()).norm(), 1e-7);
+}
+
+TEST_F(OperationalSpaceControllerTest, CommandOfAUnitInertia) {
+  params_.feed_forward = false;
+  params_.unit_inertia_motion_moment = true;
+  const OperationalSpaceController dut(params_);
+  const OperationalSpaceControllerInput input = RandomInput();
+  OperationalSpaceControllerState state = dut.MakeState();
+  const Vector3d w = (input.model.J_BE * input.v).tail<3>();
+  EXPECT_LT((dut.Update(input, &state).motion_moment +
+             600 * input.rotation_error + 38 * w)
+                .norm(),
+            1e-12);
 }
 
 // In steady contact with a frictionless wall: F_s = F_r, the wall takes F_f.
@@ -195,6 +214,7 @@ TEST_F(OperationalSpaceControllerTest, ContactForceIsCommanded) {
 }
 
 TEST_F(OperationalSpaceControllerTest, SelectionsSplitForceAndMotion) {
+  params_.unit_inertia_motion_moment = true;
   params_.passivity = false;
   params_.force_filter_cutoff = 0;
   const OperationalSpaceController dut(params_);

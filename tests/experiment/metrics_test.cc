@@ -148,6 +148,47 @@ TEST_F(MetricsTest, KeysAreAllOfTheTableInOrder) {
   EXPECT_EQ(metrics.back().first, "real_time_factor");
 }
 
+// The filter finds two blocked rotations and turns the axis between them by
+// `tilt` while the tool presses; at first it has found one only.
+TEST_F(MetricsTest, AngularFilter) {
+  const int start = static_cast<int>(log_.values.cols());
+  log_.signals.push_back({"moment_dimension", start, 1});
+  log_.signals.push_back({"contact_moment_dimension", start + 1, 1});
+  log_.signals.push_back({"contact_rotation_axis", start + 2, 3});
+  log_.signals.push_back({"moment_selection", start + 5, 9});
+  log_.values.conservativeResizeLike(
+      Eigen::MatrixXd::Zero(log_.values.rows(), start + 14));
+  const double tilt = 0.1;
+  const Vector3d axis(std::sin(tilt), 0, std::cos(tilt));
+  const Matrix3d selection = Matrix3d::Identity() - axis * axis.transpose();
+  int touching = 0;
+  int missed = 0;
+  for (int i = 0; i < log_.time.size(); ++i) {
+    if (!Touching(i)) continue;
+    const bool found = touching++ >= 1000;
+    missed += !found;
+    log_.values(i, start) = found ? 2 : 1;
+    log_.values(i, start + 1) = 2;
+    log_.values(i, start + 4) = -1;
+    for (int k = 0; k < 9; ++k) {
+      log_.values(i, start + 5 + k) = selection(k / 3, k % 3);
+    }
+  }
+  const Metrics metrics = ComputeMetrics(log_, params_);
+  const auto described = AngularMetricDescriptions();
+  ASSERT_EQ(metrics.size(), MetricDescriptions().size() + described.size());
+  for (std::size_t i = 0; i < described.size(); ++i) {
+    EXPECT_EQ(metrics[MetricDescriptions().size() + i].first, described[i].key);
+  }
+  EXPECT_DOUBLE_EQ(Number("moment_dimension_accuracy"),
+                   1 - static_cast<double>(missed) / touching);
+  EXPECT_NEAR(Number("rotation_axis_error_mean_deg"), tilt * 180 / M_PI, 1e-9);
+
+  log_.values.col(start).setOnes();
+  EXPECT_EQ(Number("moment_dimension_accuracy"), 0);
+  EXPECT_TRUE(IsNull("rotation_axis_error_mean_deg"));
+}
+
 TEST_F(MetricsTest, PerfectRun) {
   for (const char* key :
        {"position_rms_free_m", "position_rms_free_delay_compensated_m",

@@ -30,6 +30,24 @@ TEST(PandaSceneParamsTest, DefaultsAreValid) {
   EXPECT_EQ(dut.contact_approximation, ContactApproximation::kLagged);
 }
 
+// Corners all around E, as far below it as they are thick: E is in the face.
+TEST(PandaSceneParamsTest, AFlatToolHasItsPointInItsFace) {
+  PandaSceneParams dut;
+  dut.tool = Tool::kFlat;
+  dut.tool_size = 0.05;
+  EXPECT_EQ(dut.contact_height(), dut.table_height);
+  const std::vector<Eigen::Vector3d> corners = dut.Corners();
+  ASSERT_EQ(corners.size(), 4u);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& corner : corners) {
+    EXPECT_EQ(std::abs(corner.x()), 0.025);
+    EXPECT_EQ(std::abs(corner.y()), 0.025);
+    EXPECT_EQ(corner.z(), -kCornerRadius);
+    sum += corner;
+  }
+  EXPECT_EQ(sum.head<2>(), Eigen::Vector2d::Zero());
+}
+
 TEST(PandaSceneParamsTest, TableComesBeforeTheBoxes) {
   PandaSceneParams dut;
   dut.table_height = 0.4;
@@ -68,6 +86,8 @@ TEST(PandaSceneParamsTest, EveryFieldIsChecked) {
             "relaxation_time` expected a number in [0, 10], got 11");
   EXPECT_EQ(error([](P* p) { p->time_step = 0.1; }),
             "time_step` expected a number in [1e-05, 0.01], got 0.1");
+  EXPECT_EQ(error([](P* p) { p->tool_size = 0.3; }),
+            "tool_size` expected a number in [0.005, 0.2], got 0.3");
   EXPECT_EQ(error([](P* p) { p->tool_mass = 0; }),
             "tool_mass` expected a number in [0.001, 3], got 0");
   EXPECT_EQ(error([](P* p) { p->gravity = kNan; }),

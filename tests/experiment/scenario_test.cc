@@ -461,6 +461,34 @@ TEST(ScenarioTest, MotionIsThatOfTheWaypoints) {
   EXPECT_EQ(path.points.col(1), Eigen::Vector3d(0.45, 0, 0.15));
 }
 
+TEST(ScenarioTest, TheToolTurnsIfAWaypointSaysSo) {
+  Scenario dut = ValidScenario();
+  EXPECT_EQ(dut.CalcOperatorPath().rotations.cols(), 0);
+  dut.operator_params.waypoints[1].rotation << 0, 0.1, 0.5;
+  const OperatorPathParams path = dut.CalcOperatorPath();
+  ASSERT_EQ(path.rotations.cols(), 2);
+  EXPECT_EQ(path.rotations.col(0), Eigen::Vector3d::Zero());
+  EXPECT_EQ(path.rotations.col(1), Eigen::Vector3d(0, 0.1, 0.5));
+}
+
+TEST(ScenarioTest, TheAngularFilterIsOffAndPartOfTheDualProxy) {
+  Scenario dut = ValidScenario();
+  EXPECT_FALSE(dut.has_angular_filter());
+  dut.angular_filter.enabled = true;
+  EXPECT_TRUE(dut.has_angular_filter());
+  dut.scheme = Scheme::kPositionForce;
+  EXPECT_FALSE(dut.has_angular_filter());
+  dut.angular_filter.filter.period = 1e-4;
+  EXPECT_EQ(InvalidArgument([&] { dut.Validate(); }),
+            "tiny.angular_filter.period: expected at least scene.time_step "
+            "(0.001 s), got 0.0001");
+  dut.angular_filter.filter.update_thresholds.force_high = 0.01;
+  EXPECT_EQ(
+      InvalidArgument([&] { dut.Validate(); }),
+      "tiny.angular_filter.update_thresholds.force_high: expected a value "
+      "> force_low, got 0.01");
+}
+
 TEST(ScenarioTest, ReachableIsOverTheTableAndWithinTheDevicesWorkspace) {
   Scenario dut = ValidScenario();
   // x of D is y of B, so that the cylinder's axis lies along y of B.

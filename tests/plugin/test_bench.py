@@ -156,6 +156,8 @@ def test_quantile_of_latencies_knows_what_was_missed():
     assert row["detection_p95_ms"] is None
     assert row["detection_mean_ms"] == pytest.approx(11.05, abs=0.01)
     assert (row["detection_events"], row["detection_missed"]) == (20, 1)
+    assert row["detection_late"] == 1 / 20
+    assert row["second_late"] is None
     assert row["dimension_right"] is None
     Result.detection_latency = np.array([0.01] * 40 + [math.inf])
     assert bench._summary([Result()])["detection_p95_ms"] == pytest.approx(10)

@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 from dual_proxy.log import (
+    ANGULAR_SIGNALS,
     SIGNALS,
     column_names,
     load_log,
@@ -70,6 +71,25 @@ def test_wrong_signals_are_refused(change, message):
     change(values)
     with pytest.raises(ValueError, match=message):
         make_frame(np.arange(50), values)
+
+
+def test_signals_of_the_angular_filter_are_there_together_or_not_at_all():
+    values = random_values()
+    angular = {
+        name: np.ones((50, len(entry.components)))
+        for name, entry in ANGULAR_SIGNALS.items()
+    }
+    frame = make_frame(np.arange(50), values | angular)
+    expected = [*SIGNALS, *ANGULAR_SIGNALS]
+    assert list(frame.columns) == [c for name in expected for c in column_names(name)]
+    assert frame["moment_dimension"].dtype == np.int32
+    assert signal(frame, "moment_selection").shape == (50, 9)
+    del angular["reference_moment"]
+    with pytest.raises(ValueError, match=r"missing.*reference_moment"):
+        make_frame(np.arange(50), values | angular)
+    del angular["moment_dimension"]
+    with pytest.raises(ValueError, match=r"unknown.*moment_selection"):
+        make_frame(np.arange(50), values | angular)
 
 
 def test_time_must_increase():

@@ -33,9 +33,11 @@ from dual_proxy.panda import (
     add_panda_scene,
     contact_truth,
     p_SE_S,
+    rotation_truth,
     sensor_reaction,
 )
 from dual_proxy.panda_params import (
+    CORNER_RADIUS,
     TIP_RADIUS,
     TOOL_COM_S,
     TOOL_MASS,
@@ -387,6 +389,27 @@ def test_only_the_tip_and_the_boxes_can_touch():
     np.testing.assert_array_equal(inspector.GetPoseInFrame(tip).translation(), p_SE_S)
 
 
+def test_a_flat_tool_touches_with_its_corners():
+    params = PandaSceneParams(tool="flat", tool_size=0.05)
+    scene = add_panda_scene(DiagramBuilder(), params)
+    inspector = scene.scene_graph.model_inspector()
+    tool = scene.plant.get_body(scene.tool_body)
+    corners = scene.plant.GetCollisionGeometriesForBody(tool)
+    places = {
+        tuple(np.round(inspector.GetPoseInFrame(corner).translation() - p_SE_S, 12))
+        for corner in corners
+    }
+    # In E, whose origin is in the face.
+    half = params.tool_size / 2.0
+    assert places == {
+        (x, y, -CORNER_RADIUS) for x in (-half, half) for y in (-half, half)
+    }
+    for corner in corners:
+        assert inspector.GetShape(corner).radius() == CORNER_RADIUS
+    # There is something to see of it.
+    assert len(scene.plant.GetVisualGeometriesForBody(tool)) == 3 + 4 + 1
+
+
 def test_scene_keeps_a_copy_of_its_params():
     params = PandaSceneParams()
     scene = add_panda_scene(DiagramBuilder(), params)
@@ -467,6 +490,11 @@ class Bench:
     def truth(self):
         results = self.scene.contact_results_port.Eval(self.plant_context)
         return contact_truth(results, self.scene.tool_body)
+
+    @property
+    def rotation_truth(self):
+        results = self.scene.contact_results_port.Eval(self.plant_context)
+        return rotation_truth(results, self.scene.tool_body)
 
     @property
     def reaction(self):
@@ -588,6 +616,26 @@ def test_two_boxes_of_one_height_are_one_normal():
     np.testing.assert_allclose(truth.normal, [0, 0, -1], atol=1e-9)
     sensed = bench.terms.R_BE @ bench.reaction[:3] - [0, 0, TOOL_MASS * GRAVITY]
     np.testing.assert_allclose(sensed, truth.force, atol=0.02 * 8.0)
+
+
+def test_a_flat_tool_presses_as_a_sphere_does():
+    params = PandaSceneParams(tool="flat")
+    bench = Bench(still(0.45, 0.02, params.contact_height - 0.008), params)
+    assert params.contact_height == params.table_height
+    bench.advance(0.1)
+    assert bench.rotation_truth == (0, pytest.approx(np.zeros(3)))
+    bench.advance(1.5)
+    truth = bench.truth
+    assert -9.0 < truth.force[2] < -6.0
+    assert truth.dimension == 1
+    # Its corners share the stiffness.
+    depth = params.contact_height - bench.terms.p_BE[2]
+    np.testing.assert_allclose(
+        -truth.force[2], params.contact_stiffness * depth, rtol=0.02
+    )
+    blocked = bench.rotation_truth
+    assert blocked.dimension == 2
+    np.testing.assert_allclose(blocked.free_axis, [0, 0, -1], atol=1e-3)
 
 
 @pytest.mark.parametrize("tool_is_body_a", [False, True])

@@ -76,6 +76,23 @@ def test_plane_is_packaged_and_presses_with_six_to_seven_newtons(plane):
     assert np.max(1.875 * slide / duration) < 0.0525
 
 
+def test_flat_tool_turns_its_tool_as_its_waypoints_say(plane):
+    assert plane.operator_motion().rotations.shape == (0, 3)
+    assert not plane.has_angular_filter
+    scenario = load_scenario("flat_tool")
+    assert scenario.has_angular_filter
+    assert scenario.scene.contact_height == scenario.scene.table_height
+    motion = scenario.operator_motion()
+    assert motion.rotations.shape == motion.positions.shape
+    np.testing.assert_array_equal(motion.rotations[0], 0.0)
+    np.testing.assert_array_equal(motion.rotations[-1], [0.05, 0.0, 0.6])
+    # The spring's moment at that tilt, between the filter's thresholds and what
+    # tips the tool.
+    moment = scenario.robot_proxy.rotational_stiffness * 0.05
+    assert scenario.angular_filter.filter.update_thresholds.force_low < moment
+    assert moment < 6.5 * scenario.scene.tool_size / 2.0
+
+
 def test_one_of_everything_round_trips(plane, tmp_path):
     # Every number is changed a little, every switch thrown.
     values = {}

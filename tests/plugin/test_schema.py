@@ -15,7 +15,7 @@ SERIALIZED = [
 ONE_OF_EVERYTHING = Path(__file__).parents[1] / "data" / "one_of_everything.yaml"
 
 # What has only one value.
-CONSTANT = {"robot", "filter.likelihood"}
+CONSTANT = {"robot", "filter.likelihood", "angular_filter.likelihood"}
 
 
 def leaves(mapping, prefix=""):
@@ -30,6 +30,8 @@ def expected_names(params):
     if params is _core.LinkParams:  # The keys of its parts are its own.
         parts = params()
         return [name for part in params.fields for name in getattr(parts, part).fields]
+    if params is _core.AngularFilterParams:  # Likewise.
+        return ["enabled", *_core.ForceSpaceParticleFilterParams.fields]
     if params is _core.Scenario:
         return [name for name in params.fields if name != "name"] + ["overrides"]
     return list(params.fields)
@@ -50,7 +52,9 @@ def test_every_struct_of_a_scenario_is_serialized():
 
     found = set(structs(_core.Scenario()))
     assert len(found) > 15
-    assert found | {_core.BoxParams, _core.Waypoint} == set(SERIALIZED)
+    items = {_core.BoxParams, _core.Waypoint}
+    alone = {_core.ContactHistoryParams}  # For diagrams of one's own.
+    assert found | items | alone == set(SERIALIZED)
 
 
 def test_one_of_everything_differs_from_every_default():

@@ -167,6 +167,43 @@ TEST_F(RobotSideTest, RefusedCyclesAddNothingToTheMeans) {
   EXPECT_EQ(state_.filter_means.samples, 2);
 }
 
+// Of moments and rotations, over a period of its own.
+TEST_F(RobotSideTest, MeansOfTheAngularFilter) {
+  RobotSideParams params;
+  params.angular_filter_period = 0.05;
+  const RobotSide dut(params);
+  RobotSideState state = dut.MakeState();
+  Vector3d moment_sum = Vector3d::Zero();
+  Vector3d velocity_sum = Vector3d::Zero();
+  Vector3d motion_sum = Vector3d::Zero();
+  Vector3d contact_sum = Vector3d::Zero();
+  for (int i = 0; i < 150; ++i) {
+    RobotSideInput input = Input(i);
+    input.sensed_wrench.tail<3>() << 0.1, 0.01 * random_.Normal(), 0.2;
+    if (i > 20) input.moment_selection = kAlongZ;
+    dut.Update(0.001 * i, input, &state);
+    // Without the angular filter nothing else is different.
+    dut_.Update(0.001 * i, input, &state_);
+    EXPECT_EQ(state.output.controller.torque, state_.output.controller.torque);
+    EXPECT_EQ(state.output.filter_means.velocity,
+              state_.output.filter_means.velocity);
+    EXPECT_EQ(state_.output.angular_filter_means.sensed_moment,
+              Vector3d::Zero());
+    EXPECT_EQ(state_.angular_filter_means.samples, 0);
+    if (i < 100) continue;
+    moment_sum += input.sensed_wrench.tail<3>();
+    velocity_sum += input.v.segment<3>(3);
+    motion_sum += state.output.controller.motion_moment;
+    contact_sum += state.output.controller.contact_moment;
+  }
+  const AngularFilterMeans& means = state.output.angular_filter_means;
+  EXPECT_TRUE(means.sensed_moment.isApprox(moment_sum / 50, 1e-12));
+  EXPECT_TRUE(means.angular_velocity.isApprox(velocity_sum / 50, 1e-12));
+  EXPECT_TRUE(means.motion_moment.isApprox(motion_sum / 50, 1e-12));
+  EXPECT_TRUE(means.contact_moment.isApprox(contact_sum / 50, 1e-12));
+  EXPECT_GT(means.contact_moment.norm(), 0.01);
+}
+
 TEST_F(RobotSideTest, LayoutNamesWhatIsWritten) {
   for (int i = 0; i < 50; ++i) dut_.Update(0.001 * i, Input(i), &state_);
   VectorXd vector = VectorXd::Constant(
@@ -245,6 +282,11 @@ TEST_F(RobotSideTest, ParamsAreCheckedTogether) {
   EXPECT_EQ(ValidationError(params),
             "RobotSideParams: field `filter_period` expected at least the "
             "control period, got 0.0001");
+  params = {};
+  params.angular_filter_period = 0.0001;
+  EXPECT_EQ(ValidationError(params),
+            "RobotSideParams: field `angular_filter_period` expected 0 or at "
+            "least the control period, got 0.0001");
   params = {};
   params.filter_period = 0;
   EXPECT_THROW(RobotSide{params}, std::invalid_argument);

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "dual_proxy/common/random.h"
+#include "dual_proxy/common/rotation.h"
 #include "no_alloc.h"
 #include "validation_error.h"
 
@@ -114,6 +115,24 @@ TEST_F(OperatorPathTest, VelocityIsTheDerivative) {
   }
 }
 
+TEST_F(OperatorPathTest, WithoutRotationsItDoesNotTurn) {
+  const OperatorPath dut(params_);
+  EXPECT_EQ(dut.Calc(1.25).rotation, Eigen::Matrix3d::Identity());
+}
+
+// A rotation vector's coordinates go the way of a point's.
+TEST_F(OperatorPathTest, RotationsAreInterpolatedAsPoints) {
+  params_.rotations = params_.points;
+  for (const PathInterpolation interpolation : kAll) {
+    params_.interpolation = interpolation;
+    const OperatorPath dut(params_);
+    for (double time = 0.5; time < 5; time += 0.05) {
+      const OperatorPathSample sample = dut.Calc(time);
+      EXPECT_EQ(sample.rotation, ExpRotation(sample.position)) << time;
+    }
+  }
+}
+
 TEST_F(OperatorPathTest, OnePointIsAlwaysThere) {
   const OperatorPath dut;
   EXPECT_EQ(dut.Calc(-3).position, Vector3d::Zero());
@@ -129,6 +148,7 @@ TEST_F(OperatorPathTest, TimeThatIsNoNumberGivesTheFirstPointAtRest) {
 }
 
 TEST_F(OperatorPathTest, DoesNotAllocate) {
+  params_.rotations = params_.points;
   const OperatorPath dut(params_);
   ScopedNoAlloc guard;
   for (double time = 0; time < 5; time += 0.1) dut.Calc(time);
@@ -159,6 +179,12 @@ TEST_F(OperatorPathTest, ErrorsNameFieldRangeAndValue) {
   params.interpolation = static_cast<PathInterpolation>(7);
   EXPECT_EQ(ValidationError(params),
             who + "`interpolation` expected a PathInterpolation, got 7");
+  params = params_;
+  params.rotations = Eigen::Matrix3Xd::Zero(3, 2);
+  EXPECT_EQ(ValidationError(params),
+            who + "`rotations` expected none, or one column per time, got 2");
+  params.rotations = Eigen::Matrix3Xd::Constant(3, 4, std::nan(""));
+  EXPECT_NE(ValidationError(params).find("`rotations`"), std::string::npos);
 }
 
 }  // namespace

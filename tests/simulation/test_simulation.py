@@ -37,7 +37,7 @@ def test_operator_path_agrees_with_scipy():
 def test_operator_path_params():
     params = dp.OperatorPathParams(times=[0, 1], points=[[0, 1], [0, 0], [0, 2]])
     assert params.interpolation == "minimum_jerk"
-    assert list(params.fields) == ["times", "points", "interpolation"]
+    assert list(params.fields) == ["times", "points", "interpolation", "rotations"]
     assert pickle.loads(pickle.dumps(params)) == params
     assert params != dp.OperatorPathParams()
     position, velocity = dp.OperatorPath(params).calc(0.5)
@@ -45,6 +45,13 @@ def test_operator_path_params():
     np.testing.assert_allclose(velocity, [1.875, 0, 3.75])
     path = dp.OperatorPath(params.times, params.points, "minimum_jerk")
     assert path.params == params
+    np.testing.assert_array_equal(path.calc_rotation(0.5), np.eye(3))
+    turning = dp.OperatorPath(
+        params.times, params.points, rotations=[[0, 0], [0, 0], [0, np.pi]]
+    )
+    np.testing.assert_allclose(
+        turning.calc_rotation(0.5), [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15
+    )
     with pytest.raises(ValueError, match="read-only"):
         params.times[0] = 5
     with pytest.raises(ValueError, match=r"points: .*\(3, n\).*\(2, 3\)"):

@@ -496,6 +496,22 @@ TEST(PandaSceneTest, PressingReadsIntoTheSurface) {
   }
 }
 
+// Its corners share the stiffness.
+TEST(PandaSceneTest, AFlatToolPressesAsASphereDoes) {
+  PandaSceneParams params;
+  params.tool = Tool::kFlat;
+  const Vector3d target(0.45, 0.02, params.contact_height() - 0.008);
+  Bench dut(params, PandaModel().SolveInverseKinematics(target), true);
+  dut.Pull(1.5, [&](double) { return target; });
+  EXPECT_EQ(dut.num_contacts(), 4);
+  const double force = -dut.truth()(2);
+  EXPECT_GT(force, 6);
+  EXPECT_LT(force, 9);
+  EXPECT_EQ(dut.truth()(6), 1);
+  const double depth = params.contact_height() - dut.X_BE.p.z();
+  EXPECT_NEAR(force, params.contact_stiffness * depth, 0.02 * force);
+}
+
 TEST(PandaSceneTest, AnEdgeHasTwoNormals) {
   PandaSceneParams params;
   params.boxes = {MakeBox("wall", {0.6, 0, 0.2}, {0.1, 0.4, 0.2})};
@@ -626,10 +642,11 @@ class ContactTruthSystemTest : public ::testing::Test {
   }
 
   void AddContactOf(BodyIndex A, BodyIndex B, const Vector3d& f_B,
-                    const Vector3d& nhat_BA) {
+                    const Vector3d& nhat_BA,
+                    const Vector3d& p_WC = Vector3d::Zero()) {
     drake::geometry::PenetrationAsPointPair<double> pair;
     pair.nhat_BA_W = nhat_BA;
-    contacts_.emplace_back(A, B, f_B, Vector3d::Zero(), 0, 0, pair);
+    contacts_.emplace_back(A, B, f_B, p_WC, 0, 0, pair);
   }
 
   Vector7 Truth() {
@@ -700,6 +717,30 @@ TEST_F(ContactTruthSystemTest, CountsIndependentNormals) {
   // A fourth changes the forces alone.
   AddContact(Vector3d(4, 0, 0), Vector3d::UnitX());
   EXPECT_EQ(Truth()(6), 3);
+}
+
+TEST_F(ContactTruthSystemTest, SaysOnRequestWhichRotationsAreBlocked) {
+  const ContactTruthSystem dut(kTool, true);
+  EXPECT_EQ(Ports(dut), " contact_results -1 -> truth 11");
+  const auto context = dut.CreateDefaultContext();
+  const auto truth = [&] {
+    auto contacts = contacts_;
+    dut.get_contact_results_input_port().FixValue(
+        context.get(), ContactResults<double>(std::move(contacts)));
+    return VectorXd(EvalWithoutAllocation(dut, *context));
+  };
+  EXPECT_EQ(truth(), VectorXd::Zero(11));
+  const Vector3d up = Vector3d::UnitZ();
+  AddContactOf(kWorld, kTool, 2 * up, -up, {0.5, 0, 0.4});
+  AddContactOf(kTool, kWorld, -3 * up, up, {0.5, 0.06, 0.4});
+  EXPECT_EQ(truth().head<7>(), Truth());
+  EXPECT_EQ(truth().tail<4>(), Eigen::Vector4d(1, 0, 0, 0));
+  // Not without a force, and not of another body.
+  AddContactOf(kWorld, kTool, Vector3d::Zero(), -up, {0.56, 0, 0.4});
+  AddContactOf(kWorld, kOther, up, -up, {0.56, 0, 0.4});
+  EXPECT_EQ(truth()(7), 1);
+  AddContactOf(kWorld, kTool, up, -up, {0.56, 0, 0.4});
+  EXPECT_LT((truth().tail<4>() - Eigen::Vector4d(2, 0, 0, -1)).norm(), 1e-14);
 }
 
 }  // namespace

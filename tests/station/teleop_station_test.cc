@@ -18,6 +18,8 @@ using drake::systems::Simulator;
 
 const std::string kPlane =
     DUAL_PROXY_SOURCE_DIR "/examples/scenarios/plane.yaml";
+const std::string kFlatTool =
+    DUAL_PROXY_SOURCE_DIR "/examples/scenarios/flat_tool.yaml";
 const std::string kEverything =
     DUAL_PROXY_SOURCE_DIR "/tests/data/one_of_everything.yaml";
 
@@ -87,6 +89,10 @@ TEST(LoadScenarioTest, DrakesReaderReadsWhatPythonReads) {
   EXPECT_EQ(everything.law, Law::kPrinted);
   EXPECT_EQ(everything.scene.boxes.size(), 2u);
   EXPECT_EQ(everything.scene.boxes[1].yaw, -0.25);
+  EXPECT_EQ(everything.scene.tool, Tool::kFlat);
+  EXPECT_TRUE(everything.angular_filter.enabled);
+  EXPECT_EQ(everything.angular_filter.filter.num_particles, 1002);
+  EXPECT_EQ(everything.operator_params.waypoints[1].rotation.z(), 0.3);
 }
 
 TEST(LoadScenarioTest, WhatIsSavedIsLoadedAgain) {
@@ -138,6 +144,32 @@ TEST(TeleopStationTest, DiagramHasThePicturesNamesAndOutputs) {
         "device_wrench", "force_selection", "dimension"}) {
     EXPECT_TRUE(dut.diagram->HasOutputPort(name)) << name;
   }
+}
+
+TEST(TeleopStationTest, AngularFilterIsThereIfAskedFor) {
+  const std::string names[] = {"moment_selection", "moment_dimension"};
+  const Bench without(LoadScenario(kPlane));
+  EXPECT_FALSE(without.diagram->HasSubsystemNamed("angular_filter"));
+  const Bench dut(LoadScenario(kFlatTool));
+  EXPECT_TRUE(dut.diagram->HasSubsystemNamed("angular_filter"));
+  for (const std::string& name : names) {
+    EXPECT_TRUE(dut.diagram->HasOutputPort(name)) << name;
+    EXPECT_FALSE(without.diagram->HasOutputPort(name)) << name;
+  }
+}
+
+TEST(TeleopStationTest, FlatToolIsPressedFlat) {
+  const Scenario scenario = LoadScenario(kFlatTool);
+  const RunLog log = Bench(scenario).AdvanceTo(6.0);
+  const Eigen::Index last = log.time.size() - 1;
+  EXPECT_EQ(log.Signal<1>("dimension")(last, 0), 1);
+  EXPECT_EQ(log.Signal<1>("moment_dimension")(last, 0), 2);
+  EXPECT_EQ(log.Signal<1>("contact_moment_dimension")(last, 0), 2);
+  EXPECT_NEAR(log.Signal<3>("contact_rotation_axis")(last, 2), -1, 1e-3);
+  const Metrics metrics =
+      ComputeMetrics(log, MakeMetricsParams(scenario), std::nullopt);
+  EXPECT_EQ(metrics.size(),
+            MetricDescriptions().size() + AngularMetricDescriptions().size());
 }
 
 TEST(TeleopStationTest, SameSeedSameLogOtherSeedAnother) {

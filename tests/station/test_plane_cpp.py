@@ -18,9 +18,15 @@ needs_program = pytest.mark.skipif(
 
 
 @needs_program
-@pytest.mark.parametrize("scheme", dp.scenario.SCHEMES)
-def test_metrics_are_those_of_the_python_run(scheme, tmp_path):
-    scenario = dp.load_scenario("plane").with_overrides(
+@pytest.mark.parametrize(
+    ("name", "scheme"),
+    [
+        *(("plane", scheme) for scheme in dp.scenario.SCHEMES),
+        ("flat_tool", "dual_proxy"),
+    ],
+)
+def test_metrics_are_those_of_the_python_run(name, scheme, tmp_path):
+    scenario = dp.load_scenario(name).with_overrides(
         {"scheme": scheme, "link.delay": 0.05, "duration": 8.0, "seed": 3}
     )
     expected = dp.run(scenario).metrics

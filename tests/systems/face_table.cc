@@ -18,6 +18,7 @@
 #include "dual_proxy/control/operational_space_controller_system.h"
 #include "dual_proxy/link/communication_channel_system.h"
 #include "dual_proxy/link/pose_sender_system.h"
+#include "dual_proxy/perception/contact_history_system.h"
 #include "dual_proxy/perception/force_space_particle_filter_system.h"
 #include "dual_proxy/proxy/haptic_side_proxy_system.h"
 #include "dual_proxy/proxy/robot_side_proxy_system.h"
@@ -52,8 +53,10 @@ void Serialize(Archive* a, PortRow* row) {
 template <typename Archive>
 void Serialize(Archive* a, FaceRow* row) {
   bool simulated{};
+  bool angular{};
   a->Visit(MakeNameValue("class", &row->class_name));
   a->Visit(MakeNameValue("simulated", &simulated));
+  a->Visit(MakeNameValue("angular", &angular));
   a->Visit(MakeNameValue("inputs", &row->inputs));
   a->Visit(MakeNameValue("outputs", &row->outputs));
 }
@@ -62,6 +65,7 @@ template <typename Archive>
 void Serialize(Archive* a, OperatorPathParams* params) {
   a->Visit(MakeNameValue("times", &params->times));
   a->Visit(MakeNameValue("points", &params->points));
+  a->Visit(MakeNameValue("rotations", &params->rotations));
 }
 
 template <typename Archive>
@@ -83,6 +87,7 @@ void Serialize(Archive* a, FaceParams* params) {
   a->Visit(MakeNameValue("channel_seed", &params->channel_seed));
   a->Visit(MakeNameValue("filter", &params->filter));
   a->Visit(MakeNameValue("filter_seed", &params->filter_seed));
+  a->Visit(MakeNameValue("history", &params->history));
   a->Visit(MakeNameValue("window", &params->window));
   a->Visit(MakeNameValue("path", &params->path));
   a->Visit(MakeNameValue("device", &params->device));
@@ -164,9 +169,10 @@ RobotSideProxyParams FaceParams::robot_side_proxy() const {
   return params;
 }
 
-RobotSideParams FaceParams::robot_side() const {
+RobotSideParams FaceParams::robot_side(double angular_filter_period) const {
   RobotSideParams params;
   params.proxy = robot_side_proxy();
+  params.angular_filter_period = angular_filter_period;
   return params;
 }
 
@@ -204,6 +210,8 @@ std::unique_ptr<System<double>> MakeFace(const std::string& name) {
          return std::make_unique<ForceSpaceParticleFilterSystem>(p.filter,
                                                                  p.filter_seed);
        }},
+      {"ContactHistory",
+       [&p] { return std::make_unique<ContactHistorySystem>(p.history); }},
       {"OperationalSpaceController",
        [&p] {
          return std::make_unique<OperationalSpaceControllerSystem>(
@@ -236,6 +244,11 @@ std::unique_ptr<System<double>> MakeFace(const std::string& name) {
        [&p] {
          return std::make_unique<RobotSideSystem>(
              p.robot_side(), p.arm, p.q_start, p.robot_side_sensor());
+       }},
+      {"RobotSideWithAngularFilter",
+       [&p] {
+         return std::make_unique<RobotSideSystem>(p.robot_side(p.filter.period),
+                                                  p.arm, p.q_start);
        }},
       {"HapticSide", [] { return std::make_unique<HapticSideSystem>(); }},
       {"HapticSideWithDevice", [&p] {
@@ -291,6 +304,9 @@ VectorXd Flatten(const AbstractValue& value) {
   }
   if (const auto* message = value.maybe_get_value<ForceMessage>()) {
     return Flatten(*message);
+  }
+  if (const auto* normals = value.maybe_get_value<Matrix3Xd>()) {
+    return normals->cols() > 0 ? Vector3d(normals->col(0)) : Vector3d::Zero();
   }
   return Flatten(ToPose(value.get_value<RigidTransformd>()));
 }

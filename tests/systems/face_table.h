@@ -14,6 +14,7 @@
 
 #include "dual_proxy/control/arm_model.h"
 #include "dual_proxy/link/communication_channel.h"
+#include "dual_proxy/perception/contact_history.h"
 #include "dual_proxy/perception/force_space_particle_filter.h"
 #include "dual_proxy/proxy/workspace_map.h"
 #include "dual_proxy/sides/robot_side_system.h"
@@ -58,6 +59,7 @@ struct FaceParams {
   std::uint64_t channel_seed{};
   ForceSpaceParticleFilterParams filter;
   std::uint64_t filter_seed{};
+  ContactHistoryParams history;
   double window{};
   OperatorPathParams path;
   SimulatedHapticDeviceParams device;
@@ -73,7 +75,7 @@ struct FaceParams {
   }
   /** Parameters with the map. */
   RobotSideProxyParams robot_side_proxy() const;
-  RobotSideParams robot_side() const;
+  RobotSideParams robot_side(double angular_filter_period = 0) const;
 };
 
 const FaceParams& GetFaceParams();
@@ -85,7 +87,8 @@ std::unique_ptr<drake::systems::System<double>> MakeFace(
 /** One vector after the other. */
 Eigen::VectorXd Concatenate(const std::vector<Eigen::VectorXd>& parts);
 
-/** What a trace is flattened to and from: matrices row by row. */
+/** What a trace is flattened to and from: matrices row by row, of a Matrix3X
+the first column, zero if there is none. */
 Eigen::VectorXd Flatten(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
 Eigen::VectorXd Flatten(const Pose& pose);
 Eigen::VectorXd Flatten(const PoseMessage& message);

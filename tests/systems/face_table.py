@@ -41,8 +41,8 @@ def robot_proxy_params():
     return params
 
 
-def robot_side_params():
-    params = _core.RobotSideParams()
+def robot_side_params(angular_filter_period=0.0):
+    params = _core.RobotSideParams(angular_filter_period=angular_filter_period)
     params.proxy = robot_proxy_params()
     return params
 
@@ -53,6 +53,10 @@ def channel_params():
 
 def filter_params():
     return _core.ForceSpaceParticleFilterParams(**PARAMS["filter"])
+
+
+def history_params():
+    return _core.ContactHistoryParams(**PARAMS["history"])
 
 
 def sensor_params():
@@ -133,6 +137,24 @@ def wrench(t):
     return np.array([0.1, 0.2, -5 - math.sin(t), 0.0, 0.01, 0.0])
 
 
+def wiping_pose(t):
+    """To and fro, so that every place is visited again."""
+    return RigidTransform(
+        RotationMatrix(R_DOWN),
+        START + np.array([0.03 * math.sin(60 * t), 0.0, -0.01 * t]),
+    )
+
+
+def changing_selection(t):
+    """Of a table; at times of a wall along x, too."""
+    return np.diag([0.0, float(math.sin(20 * t) > 0.5), 1.0]).ravel()
+
+
+def changing_direction(t):
+    angle = 0.1 * math.sin(11 * t)
+    return np.array([math.sin(angle), 0.0, -math.cos(angle)])
+
+
 def prior(t):
     return np.array([[0.0], [0.0], [-1.0]])
 
@@ -173,6 +195,7 @@ class Entry:
     inputs: list[Port]
     outputs: list[Port]
     simulated: bool
+    angular: bool
     make: Callable[[], LeafSystem]
     sources: dict[str, Callable[[float], Any]]
 
@@ -217,6 +240,14 @@ _MADE_AND_FED = {
             "motion_force": constant(0.0, 1.0, -9.0),
             "contact_force": constant(0.0, 0.0, -3.0),
             "prior": prior,
+        },
+    ),
+    "ContactHistory": (
+        lambda: systems.ContactHistory(history_params()),
+        {
+            "robot_pose": wiping_pose,
+            "force_selection": changing_selection,
+            "force_direction": changing_direction,
         },
     ),
     "OperationalSpaceController": (
@@ -298,6 +329,18 @@ _MADE_AND_FED = {
             "moment_selection": no_selection,
         },
     ),
+    "RobotSideWithAngularFilter": (
+        lambda: systems.RobotSide(
+            robot_side_params(PARAMS["filter"]["period"]), panda(), Q_START
+        ),
+        {
+            "haptic_message": pose_message,
+            "robot_state": robot_state,
+            "sensed_wrench": wrench,
+            "force_selection": selection,
+            "moment_selection": selection,
+        },
+    ),
     "HapticSide": (
         lambda: systems.HapticSide(),
         {
@@ -322,6 +365,7 @@ def _load():
             inputs=[Port(**port) for port in row["inputs"]],
             outputs=[Port(**port) for port in row["outputs"]],
             simulated=row.get("simulated", False),
+            angular=row.get("angular", False),
             make=make,
             sources=sources,
         )
@@ -398,7 +442,10 @@ def evaluate(port, context):
 
 
 def flat(value):
-    """Every number of a port's value, matrices row by row."""
+    """Every number of a port's value, matrices row by row.
+
+    Of an array (3, k) the first column, zero if there is none.
+    """
     if isinstance(value, RigidTransform):
         return np.concatenate([value.translation(), value.rotation().matrix().ravel()])
     if isinstance(value, _core.PoseMessage):
@@ -413,7 +460,10 @@ def flat(value):
         )
     if isinstance(value, _core.ForceMessage):
         return np.array([value.sequence, value.send_time, *value.force])
-    return np.asarray(value, dtype=np.float64).ravel()
+    array = np.asarray(value, dtype=np.float64)
+    if array.ndim == 2:
+        return array[:, 0] if array.size else np.zeros(3)
+    return array.ravel()
 
 
 def spoiled(value, bad):

@@ -7,7 +7,7 @@
 writes traces/FACE.csv for each face of the table (by default for all), and
 arm.yaml, the Panda's numbers. Every number has the digits that bring it back
 bit for bit. Columns are the time, then every input port, then every output
-port, matrices row by row (a Matrix3X has one column).
+port, matrices row by row (a Matrix3X has one column, its first).
 
 The first row is of the start: time 0, before any step. Then, row after row,
 the inputs take their new values, the face goes on to the row's time and takes
@@ -36,6 +36,7 @@ TIMING = {
     "CommunicationChannel": (0.001, 10),
     "CommunicationChannelOfForces": (0.001, 10),
     "ForceSpaceParticleFilter": (0.02, 1),
+    "ContactHistory": (0.01, 1),
 }
 DEFAULT_TIMING = (0.001, 6)
 # The rows in which the first, second, ... input is not finite.

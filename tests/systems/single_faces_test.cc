@@ -2,9 +2,11 @@
 // What single C++ faces do: the algorithm's own numbers, wirings, errors.
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +22,7 @@
 #include "dual_proxy/control/operational_space_controller_system.h"
 #include "dual_proxy/link/communication_channel_system.h"
 #include "dual_proxy/link/pose_sender_system.h"
+#include "dual_proxy/perception/contact_history_system.h"
 #include "dual_proxy/perception/force_space_particle_filter_system.h"
 #include "dual_proxy/proxy/haptic_side_proxy_system.h"
 #include "dual_proxy/proxy/robot_side_proxy_system.h"
@@ -134,6 +137,25 @@ TEST(AlgorithmTest, ForceSpaceParticleFilter) {
   EXPECT_EQ(state.dimension, 1);
 }
 
+TEST(AlgorithmTest, ContactHistory) {
+  const ContactHistoryParams& params = GetFaceParams().history;
+  const ContactHistory algorithm(params);
+  ContactHistoryState state = algorithm.MakeState();
+  ExpectTheAlgorithm(
+      "ContactHistory",
+      [&](double, const FlatInputs& in) {
+        const Vector3d p_BE = PoseFromFlat(in.at("robot_pose")).p;
+        algorithm.UpdateFromSelection(p_BE,
+                                      MatrixFromFlat(in.at("force_selection")),
+                                      in.at("force_direction"), &state);
+        const RememberedContacts prior = algorithm.Lookup(p_BE, state);
+        return prior.normals.cols() > 0 ? VectorXd(prior.normals.col(0))
+                                        : VectorXd(VectorXd::Zero(3));
+      },
+      params.period);
+  EXPECT_EQ(state.bad_inputs, 3);
+}
+
 TEST(AlgorithmTest, OperationalSpaceController) {
   const OperationalSpaceController algorithm;
   const ArmModel arm(GetFaceParams().arm);
@@ -244,7 +266,7 @@ TEST(AlgorithmTest, SimulatedHapticDevice) {
   ExpectTheAlgorithm(
       "SimulatedHapticDevice", [&](double time, const FlatInputs& in) {
         const OperatorPathSample sample = path.Calc(time);
-        algorithm.Update({.p = sample.position, .R = Matrix3d::Identity()},
+        algorithm.Update({.p = sample.position, .R = sample.rotation},
                          sample.velocity, in.at("device_wrench"), &state);
         return Concatenate(
             {Flatten(state.read_pose), state.read_velocity, state.intended.p});
@@ -252,11 +274,15 @@ TEST(AlgorithmTest, SimulatedHapticDevice) {
   EXPECT_GT(state.read_pose.p.norm(), 1e-4);
 }
 
-TEST(AlgorithmTest, RobotSide) {
-  const RobotSide algorithm(GetFaceParams().robot_side());
+// Compares a RobotSide with the algorithm; `and_more` is what its ports show at
+// the end.
+void ExpectTheRobotSide(
+    const std::string& face, const RobotSideParams& params,
+    const std::function<VectorXd(const RobotSideOutput&)>& and_more) {
+  const RobotSide algorithm(params);
   const ArmModel arm(GetFaceParams().arm);
   RobotSideState state = algorithm.MakeState();
-  ExpectTheAlgorithm("RobotSide", [&](double time, const FlatInputs& in) {
+  ExpectTheAlgorithm(face, [&](double time, const FlatInputs& in) {
     RobotSideInput input;
     input.message = PoseMessageFromFlat(in.at("haptic_message"));
     input.q = in.at("robot_state").head<7>();
@@ -273,9 +299,26 @@ TEST(AlgorithmTest, RobotSide) {
     return Concatenate({signals, output.controller.torque, Flatten(output.X_BE),
                         Flatten(output.message), Flatten(output.force_message),
                         means.sensed_force, means.velocity, means.motion_force,
-                        means.contact_force});
+                        means.contact_force, and_more(output)});
   });
   EXPECT_GT(state.output.bad_inputs, 0);
+}
+
+TEST(AlgorithmTest, RobotSide) {
+  ExpectTheRobotSide("RobotSide", GetFaceParams().robot_side(),
+                     [](const RobotSideOutput&) { return VectorXd(0); });
+}
+
+TEST(AlgorithmTest, RobotSideWithAngularFilter) {
+  const FaceParams& params = GetFaceParams();
+  ExpectTheRobotSide(
+      "RobotSideWithAngularFilter", params.robot_side(params.filter.period),
+      [](const RobotSideOutput& output) {
+        const auto& means = output.angular_filter_means;
+        EXPECT_NE(means.sensed_moment, Vector3d::Zero());
+        return Concatenate({means.sensed_moment, means.angular_velocity,
+                            means.motion_moment, means.contact_moment});
+      });
 }
 
 TEST(AlgorithmTest, HapticSide) {
@@ -501,6 +544,48 @@ TEST(ForceSpaceParticleFilterSystemTest, BadPriorLeavesTheOneBefore) {
   }
 }
 
+// The history in a ring with the filter.
+
+TEST(ContactHistorySystemTest, GivesAllNormalsToTheFilterInARing) {
+  DiagramBuilder<double> builder;
+  ContactHistoryParams params;
+  params.min_age = 0;
+  auto* filter = builder.AddSystem<ForceSpaceParticleFilterSystem>();
+  auto* history = builder.AddSystem<ContactHistorySystem>(params);
+  builder.Connect(history->get_prior_output_port(),
+                  filter->get_prior_input_port());
+  builder.Connect(filter->get_force_selection_output_port(),
+                  history->get_force_selection_input_port());
+  builder.Connect(filter->get_force_direction_output_port(),
+                  history->get_force_direction_input_port());
+  builder.ExportInput(history->get_robot_pose_input_port(), "robot_pose");
+  builder.ExportInput(filter->get_sensed_force_input_port(), "sensed_force");
+  builder.ExportInput(filter->get_motion_force_input_port(), "motion_force");
+  const auto diagram = builder.Build();
+  drake::systems::Simulator<double> simulator(*diagram);
+  auto& context = simulator.get_mutable_context();
+  const auto& output = history->get_prior_output_port();
+  const auto go = [&](const Vector3d& p_BE, double force, double until) {
+    diagram->GetInputPort("robot_pose")
+        .FixValue(&context, RigidTransformd(p_BE));
+    for (const char* name : {"sensed_force", "motion_force"}) {
+      diagram->GetInputPort(name).FixValue(&context, Vector3d(0, 0, -force));
+    }
+    simulator.AdvanceTo(until);
+    return output.Eval<Matrix3Xd>(history->GetMyContextFromRoot(context));
+  };
+  const Vector3d table(0.4, 0.1, 0.01);
+  EXPECT_EQ(go(table, 10, 1).cols(), 0);
+  EXPECT_EQ(go(table + Vector3d(0, 0, 0.1), 0, 2).cols(), 0);
+  const Matrix3Xd prior = go(table, 0, 2.2);
+  ASSERT_EQ(prior.cols(), 1);
+  EXPECT_LT(prior(2, 0), -std::cos(5 * std::numbers::pi / 180));
+  const auto& state = filter->GetMyContextFromRoot(context)
+                          .get_abstract_state<ForceSpaceParticleFilterState>(0);
+  ASSERT_EQ(state.num_priors, 1);
+  EXPECT_LT((state.prior.col(0) - prior.col(0)).norm(), 1e-15);
+}
+
 // The channel between a sender's and a receiver's steps.
 
 struct Received {
@@ -636,6 +721,11 @@ TEST(GettersTest, ControlAndPerception) {
   EXPECT_OUTPUT(filter, dimension);
   EXPECT_OUTPUT(filter, particles);
   EXPECT_OUTPUT(filter, force_direction);
+  const ContactHistorySystem history;
+  EXPECT_INPUT(history, robot_pose);
+  EXPECT_INPUT(history, force_selection);
+  EXPECT_INPUT(history, force_direction);
+  EXPECT_OUTPUT(history, prior);
   const WindowMeanSystem mean;
   EXPECT_INPUT(mean, value);
   EXPECT_OUTPUT(mean, mean);

@@ -99,19 +99,21 @@ def test_public_ports_come_first(name):
         assert public == sorted(public, reverse=True)
 
 
-def listed_ports(block, simulated):
-    """The ports of a part of a docstring, with simulated hardware or without."""
+def listed_ports(block, entry):
+    """The ports of a part of a docstring that the entry's mode has."""
     ports = []
-    mode = None
+    there = True
     for item in re.split(r"^ *- ", block, flags=re.MULTILINE)[1:]:
         text = " ".join(item.replace("#", " ").split())
         if "(only with a simulated" in text:
-            mode = True
+            there = entry.simulated
         elif "(not with a simulated" in text:
-            mode = False
+            there = not entry.simulated
+        elif "(only with an angular filter" in text:
+            there = entry.angular
         elif "(likewise)" not in text:
-            mode = None
-        if mode in (None, simulated):
+            there = True
+        if there:
             ports.append(text.split()[0])
     return ports
 
@@ -121,7 +123,7 @@ def check_documented_ports(text, system, entry):
     inputs, outputs = block.group(1).split("output_ports:")
     for part, expected in ((inputs, entry.inputs), (outputs, entry.outputs)):
         names = [port.name for port in expected]
-        assert listed_ports(part, entry.simulated) == names
+        assert listed_ports(part, entry) == names
 
 
 @every_face
@@ -169,7 +171,11 @@ def test_every_face_is_in_the_table():
 
 def test_a_side_with_simulated_hardware_is_in_the_table_both_ways():
     for cls in ("RobotSide", "HapticSide"):
-        modes = [entry.simulated for entry in FACES.values() if entry.cls == cls]
+        modes = [
+            entry.simulated
+            for entry in FACES.values()
+            if entry.cls == cls and not entry.angular
+        ]
         assert sorted(modes) == [False, True]
 
 
@@ -343,6 +349,12 @@ def start_values(name):
 )
 def test_message_is_empty_at_the_start(name):
     assert start_values(name)["message"][0] == -1
+
+
+def test_history_starts_with_nothing():
+    diagram = build(FACES["ContactHistory"])
+    prior = evaluate(diagram.GetOutputPort("prior"), diagram.CreateDefaultContext())
+    assert prior.shape == (3, 0)
 
 
 def test_filter_starts_without_contact():
@@ -658,6 +670,52 @@ def test_filter_in_a_diagram_finds_the_table():
         face.GetOutputPort("particles").Eval(context).reshape(-1, 3),
         algorithm.particles.T,
     )
+
+
+def test_history_in_a_ring_with_the_filter_gives_the_prior_to_the_next_visit():
+    table = np.array([0.0, 0.6, -0.8])
+
+    def presses(t):
+        return t < 1.0 or t >= 4.0
+
+    def place(t):
+        """At the table, 5 cm off it, there again; from 6 s on elsewhere."""
+        p = np.array([0.1 * (t >= 6.0), 0.0, 0.1])
+        return RigidTransform(p if presses(t) else p - 0.05 * table)
+
+    def pressing(t):
+        return 9.0 * table * presses(t)
+
+    builder = DiagramBuilder()
+    history = systems.ContactHistory.add_to(builder)
+    particle_filter = systems.ForceSpaceParticleFilter.add_to(builder)
+    for source, name, target in (
+        (history, "prior", particle_filter),
+        (particle_filter, "force_selection", history),
+        (particle_filter, "force_direction", history),
+    ):
+        builder.Connect(source.GetOutputPort(name), target.GetInputPort(name))
+    for function, name, target in (
+        (place, "robot_pose", history),
+        (pressing, "sensed_force", particle_filter),
+        (pressing, "motion_force", particle_filter),
+    ):
+        source = builder.AddSystem(Source(function))
+        builder.Connect(source.get_output_port(), target.GetInputPort(name))
+    simulator = Simulator(builder.Build())
+    context = history.GetMyContextFromRoot(simulator.get_context())
+
+    def prior_at(time):
+        simulator.AdvanceTo(time)
+        return evaluate(history.GetOutputPort("prior"), context)
+
+    for time in (0.5, 0.99, 1.5, 3.9):  # The first visit, and off the table.
+        assert prior_at(time).shape == (3, 0)
+    for time in (4.2, 4.9, 5.9):  # The second.
+        normals = prior_at(time)
+        assert normals.shape == (3, 1)
+        assert normals[:, 0] @ table > math.cos(math.radians(5))
+    assert prior_at(6.2).shape == (3, 0)
 
 
 class Receiver(LeafSystem):

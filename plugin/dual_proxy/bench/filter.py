@@ -27,6 +27,7 @@ from dual_proxy._core import (
 
 __all__ = [
     "FULL",
+    "LATE_MS",
     "LIKELIHOODS",
     "QUICK",
     "Config",
@@ -38,6 +39,9 @@ __all__ = [
 
 #: All likelihoods of the filter.
 LIKELIHOODS: tuple[str, ...] = _core._LIKELIHOODS
+
+#: From when a contact found, a contact lost and a second wall found are late.
+LATE_MS = {"detection": 50.0, "loss": 50.0, "second": 100.0}
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
@@ -244,7 +248,7 @@ def _summary(results: Iterable[FilterTrialMetrics]) -> Row:
         row[f"{name}_p95_deg"] = (
             float(np.quantile(errors, 0.95)) if errors.size else None
         )
-    for name in ("detection", "loss", "second"):
+    for name in LATE_MS:
         times = 1e3 * values(f"{name}_latency")
         found = times[np.isfinite(times)]
         # What is never found counts as slowest; None if that is the quantile.
@@ -253,6 +257,8 @@ def _summary(results: Iterable[FilterTrialMetrics]) -> Row:
         row[f"{name}_p95_ms"] = float(p95) if np.isfinite(p95) else None
         row[f"{name}_events"] = int(times.size)
         row[f"{name}_missed"] = int(times.size - found.size)
+        late = times > LATE_MS[name]
+        row[f"{name}_late"] = float(late.mean()) if times.size else None
     return row
 
 

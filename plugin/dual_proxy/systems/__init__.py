@@ -20,7 +20,11 @@ from dual_proxy.systems.control import (
     OperationalSpaceController,
 )
 from dual_proxy.systems.link import CommunicationChannel, PoseSender
-from dual_proxy.systems.perception import ForceSpaceParticleFilter, WindowMean
+from dual_proxy.systems.perception import (
+    ContactHistory,
+    ForceSpaceParticleFilter,
+    WindowMean,
+)
 from dual_proxy.systems.proxy import (
     HapticSideProxy,
     PositionForceHapticSide,
@@ -33,6 +37,7 @@ __all__ = [
     "LINK_STATUS_FIELDS",
     "ArmKinematics",
     "CommunicationChannel",
+    "ContactHistory",
     "ForceSpaceParticleFilter",
     "ForceTorqueSensor",
     "HapticController",

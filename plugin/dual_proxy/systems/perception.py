@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Face of the Force-Space Particle Filter, and the means that it takes."""
+"""Faces of the Force-Space Particle Filter and of what it takes: means and a
+prior."""
 
 from __future__ import annotations
 
@@ -12,7 +13,10 @@ from dual_proxy import _core
 from dual_proxy.systems._face import (
     Context,
     Face,
+    Stepped,
     check_positive,
+    matrix,
+    pose,
     vector,
 )
 
@@ -91,6 +95,58 @@ class ForceSpaceParticleFilter(Face):
             self._filter.offer_prior(self._prior.Eval(context), state)
         F_s, v, F_m, F_f = (vector(port, context) for port in self._inputs_3)
         self._filter.update(F_s, v, F_m, F_f, state)
+
+
+class ContactHistory(Face):
+    """Remembers what the filter believed where, and gives it as a prior.
+
+    @system
+    name: ContactHistory
+    input_ports:
+    - robot_pose        # RigidTransform X_BE
+    - force_selection   # 9, row-major 3x3: Omega_f of the filter (optional)
+    - force_direction   # 3: U1 of the filter (optional)
+    output_ports:
+    - prior             # array (3, k), k <= 8: unit normals, into the surface,
+                        # believed here on earlier visits; to the filter's prior
+    @endsystem
+
+    Everything in the base frame B. Without `force_direction` it notes nothing,
+    without `force_selection` that one direction. Steps every `params.period`,
+    which is the filter's; the output is that of the last step, k = 0 before the
+    first, without feedthrough, so that history and filter can be wired in a
+    ring. Section IV.C of the paper; dual_proxy.ContactHistory says what counts
+    as a visit.
+
+    Parameters
+    ----------
+    params : ContactHistoryParams.
+    """
+
+    def __init__(self, params: _core.ContactHistoryParams | None = None) -> None:
+        super().__init__(feedthrough=False)
+        self._history = _core.ContactHistory(
+            deepcopy(params or _core.ContactHistoryParams())
+        )
+        self._native_arguments = {"params": self._history.params}
+        self._pose = self._declare_pose_input("robot_pose")
+        self._selection = self.DeclareVectorInputPort("force_selection", 9)
+        self._direction = self.DeclareVectorInputPort("force_direction", 3)
+        nothing = np.zeros((3, 0))
+        self._declare_memory(
+            Stepped(self._history.make_state(), nothing), self._history.params.period
+        )
+        self._declare_object_output("prior", nothing, lambda state: state.output)
+
+    def _step(self, context: Context, state: Stepped) -> None:
+        p_BE, _R_BE = pose(self._pose, context)
+        self._history.update_from_selection(
+            p_BE,
+            matrix(self._selection, context),
+            vector(self._direction, context),
+            state.state,
+        )
+        state.output, _std = self._history.lookup(p_BE, state.state)
 
 
 class WindowMean(Face):

@@ -36,7 +36,6 @@ from dual_proxy.systems._face import (
 from dual_proxy.systems.control import model_terms
 
 _EMPTY = _core.PoseMessage()
-_IDENTITY: Any = np.eye(3)
 
 
 def _check_period(who: str, name: str, period: float, control_period: float) -> None:
@@ -147,7 +146,14 @@ class RobotSide(_Side):
     - mean_contact_force  # 3, N, likewise
     - sensed_wrench       # 6, as the input of that name (only with a simulated
                           # sensor)
+    - mean_sensed_moment    # 3, N m, mean over the angular filter's period (only
+                            # with an angular filter)
+    - mean_angular_velocity # 3, rad/s (likewise)
+    - mean_motion_moment    # 3, N m (likewise)
+    - mean_contact_moment   # 3, N m (likewise)
     @endsystem
+
+    There is an angular filter where `params.angular_filter_period` > 0.
 
     Everything in the base frame B. Steps every `params.controller.period`; all
     outputs but `robot_pose` are those of the last step. Before the first the
@@ -237,6 +243,23 @@ class RobotSide(_Side):
                 ),
                 {self.abstract_state_ticket(self._memory)},
             )
+        if self._side.params.angular_filter_period > 0:
+            for name in (
+                "sensed_moment",
+                "angular_velocity",
+                "motion_moment",
+                "contact_moment",
+            ):
+                self._declare_angular_mean(name)
+
+    def _declare_angular_mean(self, name: str) -> None:
+        def calc(context: Context, output: Output) -> None:
+            side, _ = self._states(context)
+            output.SetFromVector(getattr(side.output.angular_filter_means, name))
+
+        self.DeclareVectorOutputPort(
+            f"mean_{name}", 3, calc, {self.abstract_state_ticket(self._memory)}
+        )
 
     def _calc_pose(self, context: Context, output: Output) -> None:
         x: Any = self._robot_state.Eval(context)
@@ -364,6 +387,7 @@ class HapticSide(_Side):
                 time, newest, read.p, read.R, hardware.read_velocity, side
             )
             position, velocity = self._path.calc(time)
-            self._device.update(position, _IDENTITY, velocity, told, hardware)
+            rotation = self._path.calc_rotation(time)
+            self._device.update(position, rotation, velocity, told, hardware)
         wrench: Vector = side.output.device_wrench
         return wrench

@@ -18,8 +18,6 @@ from dual_proxy.systems._face import (
     vector,
 )
 
-_IDENTITY: Any = np.eye(3)
-
 
 class ForceTorqueSensor(Face):
     """A wrist force/torque sensor: noise, bias, low-pass, tool weight removed.
@@ -122,7 +120,9 @@ class SimulatedHapticDevice(Face):
         self._declare_vector_output("hand_position", 3, lambda state: state.intended.p)
 
     def _step(self, context: Context, state: Any) -> None:
-        position, velocity = self._path.calc(context.get_time())
+        time = context.get_time()
+        position, velocity = self._path.calc(time)
+        rotation = self._path.calc_rotation(time)
         self._device.update(
-            position, _IDENTITY, velocity, vector(self._wrench, context), state
+            position, rotation, velocity, vector(self._wrench, context), state
         )
