@@ -90,8 +90,7 @@ ContactSurfaceParams MakePlane(const Vector3d& position, const Vector3d& up) {
 }
 
 /** Makes the setting of a trial in the scene's own frame: z is up, the floor is
-at 0, and so does the tool begin. The order of the random numbers is part of
-what a seed means. */
+at 0. The order of the random numbers is part of what a seed means. */
 class SettingMaker {
  public:
   SettingMaker(const FilterTrialParams& params, RandomStream* random)
@@ -152,7 +151,7 @@ class SettingMaker {
     }
   }
 
-  /** Straight up from where the path is, and waits there. */
+  /** To `goal`, clear of every surface, and waits there. */
   void Leave(const Vector3d& goal) {
     path_.MoveTo(goal, approach_);
     path_.Hold(0.5);
@@ -270,8 +269,8 @@ class SettingMaker {
     path_.Hold(0.5 * params_.hold_time);
     path_.MoveTo({x, 0.02 + speed_, low_}, speed_);
     path_.MoveTo({x, 0.02, low_}, speed_);
-    // Over the edge the tool rolls rather than slips if it presses by less than
-    // its radius.
+    // The tool rolls over the edge, and does not snap over it, if the intended
+    // position is less deep than its radius.
     const Vector3d edge{0.06, 0.02, height};
     path_.MoveTo(edge - Vector3d(std::max(low_, 0.5 * radius_), 0, 0), speed_);
     path_.TurnOverEdge(edge, 0.5 * speed_);
