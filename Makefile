@@ -51,6 +51,7 @@ figures: build  ## Print the tables of README and docs, draw the README's pictur
 	$(BIN)/python benchmarks/plane.py --picture docs/images/plane.png
 	$(BIN)/python benchmarks/law.py
 	$(BIN)/python benchmarks/loop_cost.py --page docs/benchmarks.md
+	$(BIN)/dual-proxy bench filter --page docs/benchmarks.md
 
 bench-filter-speed: build  ## Time the particle filter, beside a textbook's
 	$(BIN)/python benchmarks/filter_speed.py

@@ -12,6 +12,7 @@ void BindBaselines(pybind11::module_& m);
 void BindSides(pybind11::module_& m);
 void BindScenarios(pybind11::module_& m);
 void BindExperiment(pybind11::module_& m);
+void BindFilterTrial(pybind11::module_& m);
 
 }  // namespace dual_proxy
 
@@ -28,4 +29,5 @@ PYBIND11_MODULE(_core, m) {
   dual_proxy::BindSides(m);
   dual_proxy::BindScenarios(m);
   dual_proxy::BindExperiment(m);
+  dual_proxy::BindFilterTrial(m);
 }

@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterMeans', 'AngularFilterParams', 'ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'saturate']
+__all__: list[str] = ['AngularFilterMeans', 'AngularFilterParams', 'ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -1533,13 +1533,121 @@ class ForceSpaceParticleFilterThresholds:
     @velocity_low.setter
     def velocity_low(self, arg1: typing.Any) -> None:
         ...
+class FrictionConeParams:
+    """
+    What likelihood "friction_cone" knows of sensors and surfaces; nothing is per update.
+    """
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('force_noise', 'velocity_noise', 'sliding_speed', 'max_friction', 'contact_force', 'loss_force', 'compliance', 'curvature', 'torsion', 'evidence')
+    fields: typing.ClassVar[dict] = {'force_noise': 'sigma_f, N, > 0, of one input per axis, default 0.25', 'velocity_noise': 'sigma_v, m/s, > 0, likewise, default 0.0015', 'sliding_speed': 'm/s, > 0: half of it sticks, 1.5 times it slides, default 0.004', 'max_friction': 'mu, > 0, the most that is thought of, default 0.7', 'contact_force': 'N, > 0: a larger force speaks for a contact, default 0.6', 'loss_force': 'N, >= 0, < contact_force: a smaller one speaks against one that was there, default 0.35', 'compliance': 'm/N, >= 0: how much surface, tool and arm give, default 2e-4', 'curvature': 'rad^2/m, >= 0: variance of the normal per metre of sliding, about the axis across the motion, default 2', 'torsion': 'rad^2/m, >= 0: about the direction of motion, default 0.05', 'evidence': '> 0: log likelihood ratio that adds or drops a contact, default 12'}
+    def __copy__(self) -> FrictionConeParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> FrictionConeParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def compliance(self) -> float:
+        """
+        m/N, >= 0: how much surface, tool and arm give, default 2e-4
+        """
+    @compliance.setter
+    def compliance(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def contact_force(self) -> float:
+        """
+        N, > 0: a larger force speaks for a contact, default 0.6
+        """
+    @contact_force.setter
+    def contact_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def curvature(self) -> float:
+        """
+        rad^2/m, >= 0: variance of the normal per metre of sliding, about the axis across the motion, default 2
+        """
+    @curvature.setter
+    def curvature(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def evidence(self) -> float:
+        """
+        > 0: log likelihood ratio that adds or drops a contact, default 12
+        """
+    @evidence.setter
+    def evidence(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_noise(self) -> float:
+        """
+        sigma_f, N, > 0, of one input per axis, default 0.25
+        """
+    @force_noise.setter
+    def force_noise(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def loss_force(self) -> float:
+        """
+        N, >= 0, < contact_force: a smaller one speaks against one that was there, default 0.35
+        """
+    @loss_force.setter
+    def loss_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_friction(self) -> float:
+        """
+        mu, > 0, the most that is thought of, default 0.7
+        """
+    @max_friction.setter
+    def max_friction(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def sliding_speed(self) -> float:
+        """
+        m/s, > 0: half of it sticks, 1.5 times it slides, default 0.004
+        """
+    @sliding_speed.setter
+    def sliding_speed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def torsion(self) -> float:
+        """
+        rad^2/m, >= 0: about the direction of motion, default 0.05
+        """
+    @torsion.setter
+    def torsion(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def velocity_noise(self) -> float:
+        """
+        sigma_v, m/s, > 0, likewise, default 0.0015
+        """
+    @velocity_noise.setter
+    def velocity_noise(self, arg1: typing.Any) -> None:
+        ...
 class ForceSpaceParticleFilterParams:
     """
     Parameters of ForceSpaceParticleFilter; the defaults are the paper's where it gives a number.
     """
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles')
-    fields: typing.ClassVar[dict] = {'num_particles': 'n_p, 2 to 100000, default 1000', 'period': 's, > 0, time between updates, default 1/15', 'likelihood': '"paper"', 'scatter_mean': 'mean of the scatter per axis and update, -1 to 1, default 0', 'scatter_std': 'standard deviation of the scatter per axis and update, 0 to 1, default 0.025', 'update_thresholds': 'weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s', 'resampling_thresholds': 'weigh every particle, default 0, 3 N, 0.001, 0.01 m/s', 'alpha_add': 'share of the largest singular value above which a direction is added, in (0, 1), default 0.5', 'alpha_remove': 'share below which it is removed, in (0, alpha_add], default 0.1', 'epsilon': 'vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6', 'prior_particles': 'particles that each prior normal adds to an update, 0 to 100000, default 50'}
+    _serialized_names: typing.ClassVar[tuple] = ('num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles', 'prior_std', 'friction_cone')
+    fields: typing.ClassVar[dict] = {'num_particles': 'n_p, 2 to 100000, default 1000', 'period': 's, > 0, time between updates, default 1/15', 'likelihood': '"paper" (eq. 6 to 8) or "friction_cone" (contacts with friction)', 'scatter_mean': 'mean of the scatter per axis and update, -1 to 1, default 0', 'scatter_std': 'standard deviation of the scatter per axis and update, 0 to 1, default 0.025', 'update_thresholds': 'weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s', 'resampling_thresholds': 'weigh every particle, default 0, 3 N, 0.001, 0.01 m/s', 'alpha_add': 'share of the largest singular value above which a direction is added, in (0, 1), default 0.5', 'alpha_remove': 'share below which it is removed, in (0, alpha_add], default 0.1', 'epsilon': 'vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6', 'prior_particles': 'particles that each prior normal adds to an update, 0 to 100000, default 50', 'prior_std': 'rad, in (0, pi], how sure a prior is, default 0.1', 'friction_cone': 'of likelihood "friction_cone"'}
     def __copy__(self) -> ForceSpaceParticleFilterParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceSpaceParticleFilterParams:
@@ -1586,9 +1694,17 @@ class ForceSpaceParticleFilterParams:
     def epsilon(self, arg1: typing.Any) -> None:
         ...
     @property
+    def friction_cone(self) -> FrictionConeParams:
+        """
+        of likelihood "friction_cone"
+        """
+    @friction_cone.setter
+    def friction_cone(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def likelihood(self) -> str:
         """
-        "paper"
+        "paper" (eq. 6 to 8) or "friction_cone" (contacts with friction)
         """
     @likelihood.setter
     def likelihood(self, arg1: typing.Any) -> None:
@@ -1616,6 +1732,14 @@ class ForceSpaceParticleFilterParams:
         """
     @prior_particles.setter
     def prior_particles(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def prior_std(self) -> float:
+        """
+        rad, in (0, pi], how sure a prior is, default 0.1
+        """
+    @prior_std.setter
+    def prior_std(self, arg1: typing.Any) -> None:
         ...
     @property
     def resampling_thresholds(self) -> ForceSpaceParticleFilterThresholds:
@@ -1673,6 +1797,17 @@ class ForceSpaceParticleFilterState:
         0 to 3: number of directions in force space.
         """
     @property
+    def dimension_confidence(self) -> float:
+        """
+        0 to 1: the probability that the dimension is right; 0 with likelihood "paper".
+        """
+    @property
+    def direction_uncertainty(self) -> float:
+        """
+        rad: the true direction is within this angle with 95 %: U1 at dimension 1, U3 at 2.
+        pi/2 at 0 and with likelihood "paper"; 0 at 3.
+        """
+    @property
     def force_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
         """
         Omega_f, (3, 3), in B: orthogonal projection onto force space.
@@ -1722,11 +1857,13 @@ class ForceSpaceParticleFilterAlgorithm:
         As set_prior, but never raises: normals that it would refuse change nothing, are
         counted in `state.bad_inputs`, and give "bad_input" instead of "ok".
         """
-    def set_prior(self, normals: typing.Any, state: ForceSpaceParticleFilterState) -> None:
+    def set_prior(self, normals: typing.Any, state: ForceSpaceParticleFilterState, std: ... = None) -> None:
         """
         Replaces the expected normals, which hold until they are replaced.
         
         normals: (3, k), 0 <= k <= 8, in B, into the surface; normalised here.
+        std: rad, in (0, pi], how sure they are (standard deviation per axis); params.prior_std
+        if None.
         Raises ValueError unless all are finite and longer than epsilon.
         """
     def update(self, sensed_force: typing.Any, velocity: typing.Any, motion_force: typing.Any, contact_force: typing.Any, state: ForceSpaceParticleFilterState) -> str:
@@ -1753,11 +1890,13 @@ class ForceSpaceParticleFilter:
         """
         Starts again, as if new.
         """
-    def set_prior(self, normals: typing.Any) -> None:
+    def set_prior(self, normals: typing.Any, std: ... = None) -> None:
         """
         Replaces the expected normals, which hold until they are replaced.
         
         normals: (3, k), 0 <= k <= 8, in B, into the surface; normalised here.
+        std: rad, in (0, pi], how sure they are (standard deviation per axis); params.prior_std
+        if None.
         Raises ValueError unless all are finite and longer than epsilon.
         """
     def update(self, sensed_force: typing.Any, velocity: typing.Any, motion_force: typing.Any, contact_force: typing.Any) -> str:
@@ -1784,6 +1923,17 @@ class ForceSpaceParticleFilter:
     def dimension(self) -> int:
         """
         0 to 3: number of directions in force space.
+        """
+    @property
+    def dimension_confidence(self) -> float:
+        """
+        0 to 1: the probability that the dimension is right; 0 with likelihood "paper".
+        """
+    @property
+    def direction_uncertainty(self) -> float:
+        """
+        rad: the true direction is within this angle with 95 %: U1 at dimension 1, U3 at 2.
+        pi/2 at 0 and with likelihood "paper"; 0 at 3.
         """
     @property
     def force_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
@@ -1831,6 +1981,157 @@ class ForceSpaceParticleFilter:
         """
         Number of updates carried out.
         """
+class ContactHistoryParams:
+    """
+    Parameters of ContactHistory.
+    """
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('period', 'cell_size', 'capacity', 'radius', 'merge_angle', 'min_age', 'std_base', 'std_growth')
+    fields: typing.ClassVar[dict] = {'period': 's, > 0, time between updates, default 1/15', 'cell_size': 'm, 1e-4 to 1: edge of the cells in which normals are averaged, default 0.02', 'capacity': 'number of cells remembered, 1 to 1000000, default 1024', 'radius': 'm, 0 to 2 cell_size: how near a memory must be to count, default 0.02', 'merge_angle': 'rad, 0.01 to 1.5: normals within it are one contact, default 0.175', 'min_age': 's, >= 0: a cell that was left more recently does not count, default 2', 'std_base': 'rad, > 0: how uncertain a memory of this very point is, default 0.1', 'std_growth': 'rad/m, >= 0: what is added per distance from the memory, default 10'}
+    def __copy__(self) -> ContactHistoryParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> ContactHistoryParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def capacity(self) -> int:
+        """
+        number of cells remembered, 1 to 1000000, default 1024
+        """
+    @capacity.setter
+    def capacity(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def cell_size(self) -> float:
+        """
+        m, 1e-4 to 1: edge of the cells in which normals are averaged, default 0.02
+        """
+    @cell_size.setter
+    def cell_size(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def merge_angle(self) -> float:
+        """
+        rad, 0.01 to 1.5: normals within it are one contact, default 0.175
+        """
+    @merge_angle.setter
+    def merge_angle(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def min_age(self) -> float:
+        """
+        s, >= 0: a cell that was left more recently does not count, default 2
+        """
+    @min_age.setter
+    def min_age(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def period(self) -> float:
+        """
+        s, > 0, time between updates, default 1/15
+        """
+    @period.setter
+    def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def radius(self) -> float:
+        """
+        m, 0 to 2 cell_size: how near a memory must be to count, default 0.02
+        """
+    @radius.setter
+    def radius(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def std_base(self) -> float:
+        """
+        rad, > 0: how uncertain a memory of this very point is, default 0.1
+        """
+    @std_base.setter
+    def std_base(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def std_growth(self) -> float:
+        """
+        rad/m, >= 0: what is added per distance from the memory, default 10
+        """
+    @std_growth.setter
+    def std_growth(self, arg1: typing.Any) -> None:
+        ...
+class ContactHistoryState:
+    """
+    What the history remembers.
+    """
+    def __copy__(self) -> ContactHistoryState:
+        ...
+    def __deepcopy__(self, memo: dict) -> ContactHistoryState:
+        ...
+    @property
+    def bad_inputs(self) -> int:
+        """
+        Number of updates refused.
+        """
+    @property
+    def updates(self) -> int:
+        """
+        Number of updates carried out.
+        """
+class ContactHistory:
+    """
+    Remembers which contact normals were believed where, so that a place visited again
+    gives them as a prior (section IV.C of the paper). Its state is made by make_state().
+    
+    A visit of a cell ends when the tool goes on to another, and gives its prior to later
+    visits, not to itself. Passing a place without contact notes and erases nothing.
+    """
+    def __init__(self, params: ContactHistoryParams = ...) -> None:
+        ...
+    def lookup(self, position: typing.Any, state: ContactHistoryState) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, n]"], float]:
+        """
+        What was believed near `position` (p_BE, (3,), m, in B) on earlier visits.
+        
+        Returns (normals, std): (3, k), k <= 8, unit normals in B, into the surface, of the
+        nearest memory first; and how uncertain the least sure of them is, rad.
+        """
+    def make_state(self) -> ContactHistoryState:
+        """
+        Nothing remembered.
+        """
+    def update(self, position: typing.Any, normals: typing.Any, state: ContactHistoryState) -> str:
+        """
+        Notes what is believed here.
+        
+        position: p_BE, (3,), m, in B: where the tool point is.
+        normals: (3, d), 0 <= d <= 8, in B, into the surface; normalised here.
+        Returns "ok" or "bad_input" (not finite, shorter than 1e-6, or a million cells away:
+        refused and counted, nothing else changes).
+        """
+    def update_from_selection(self, position: typing.Any, force_selection: typing.Any, force_direction: typing.Any, state: ContactHistoryState) -> str:
+        """
+        As update, from what the ports of the filter say.
+        
+        force_selection: Omega_f, (3, 3), in B.
+        force_direction: U1, (3,), in B; zero without contact.
+        Notes U1, and where Omega_f is of rank 2 also both directions across it in force space.
+        """
+    @property
+    def params(self) -> ContactHistoryParams:
+        ...
 class TimeDomainPassivityParams:
     """
     Parameters of TimeDomainPassivity; for moments N m s/rad instead of N s/m.
@@ -4438,7 +4739,7 @@ class AngularFilterParams:
     velocity. In a scenario the keys of `filter` stand directly in `angular_filter`.
     """
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('enabled', 'num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles')
+    _serialized_names: typing.ClassVar[tuple] = ('enabled', 'num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles', 'prior_std', 'friction_cone')
     fields: typing.ClassVar[dict] = {'enabled': 'whether it runs, default false', 'filter': 'ForceSpaceParticleFilterParams, with N m for N and rad/s for m/s; thresholds by default (0.08, 0.2, 0.02, 0.1) for update, (0, 0.05, 0.02, 0.2) for resampling'}
     def __copy__(self) -> AngularFilterParams:
         ...
@@ -4736,6 +5037,254 @@ class _RotationTruth:
         """
         Number of directions that are blocked, 0 to 3.
         """
+class FilterTrialParams:
+    """
+    Parameters of run_filter_trial(). `seed` decides what is not here: the scene's
+    orientation, details of the path, stiffness of contact and controller, the tool's
+    radius, the noise, and when the first update is.
+    """
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'scene': '"free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing" or "soft", default "plane"', 'drive': '"closed_loop" (point robot with the filter\'s selections), "true_selection" (with the true ones, 20 ms late) or "kinematic" (no dynamics), default "closed_loop"', 'friction': 'mu, 0 to 2, default 0.3', 'speed': 'm/s, > 0: of sliding, default 0.05', 'force': 'N, > 0: of pressing, default 6', 'force_noise': "N, >= 0: std per axis on each update's mean, default 0.2", 'velocity_noise': 'm/s, >= 0: likewise, default 0.0005', 'hold_time': 's, >= 0: of pressing still, default 0.7', 'seed': '>= 0, default 0'}
+    def __copy__(self) -> FilterTrialParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> FilterTrialParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def drive(self) -> str:
+        """
+        "closed_loop" (point robot with the filter's selections), "true_selection" (with the true ones, 20 ms late) or "kinematic" (no dynamics), default "closed_loop"
+        """
+    @drive.setter
+    def drive(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force(self) -> float:
+        """
+        N, > 0: of pressing, default 6
+        """
+    @force.setter
+    def force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_noise(self) -> float:
+        """
+        N, >= 0: std per axis on each update's mean, default 0.2
+        """
+    @force_noise.setter
+    def force_noise(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def friction(self) -> float:
+        """
+        mu, 0 to 2, default 0.3
+        """
+    @friction.setter
+    def friction(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def hold_time(self) -> float:
+        """
+        s, >= 0: of pressing still, default 0.7
+        """
+    @hold_time.setter
+    def hold_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def scene(self) -> str:
+        """
+        "free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing" or "soft", default "plane"
+        """
+    @scene.setter
+    def scene(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def seed(self) -> int:
+        """
+        >= 0, default 0
+        """
+    @seed.setter
+    def seed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def speed(self) -> float:
+        """
+        m/s, > 0: of sliding, default 0.05
+        """
+    @speed.setter
+    def speed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def velocity_noise(self) -> float:
+        """
+        m/s, >= 0: likewise, default 0.0005
+        """
+    @velocity_noise.setter
+    def velocity_noise(self, arg1: typing.Any) -> None:
+        ...
+class FilterTrial:
+    """
+    A trial that was run: arrays of one row per update of the filter, in B.
+    """
+    def __len__(self) -> int:
+        ...
+    @property
+    def contact_force(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        F_f, (n, 3), N: likewise.
+        """
+    @property
+    def contacts(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k, 2), s: begin and end of each true contact of 0.5 N or more; infinity if it
+        outlasts the trial. Gaps below 50 ms are none.
+        """
+    @property
+    def dimension(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n,): the filter's.
+        """
+    @property
+    def direction_error(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n,), rad, 0 to pi/2: between the filter's axis (U1, or U3 at dimension 2) and the
+        true one where the dimensions agree; else between true_normal and the force space;
+        NaN where filter or truth has no contact.
+        """
+    @property
+    def motion_force(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        F_m, (n, 3), N: the filter's input, mean over the period.
+        """
+    @property
+    def second_walls(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k, 2), s: likewise, of a second independent normal force.
+        """
+    @property
+    def sensed_force(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        F_s, (n, 3), N: the filter's input, mean over the period with noise.
+        """
+    @property
+    def singular_vectors(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        U, (n, 3, 3), vectors as columns: the filter's.
+        """
+    @property
+    def time(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n,), s: end of the period.
+        """
+    @property
+    def touched(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n,) bool: whether the tool touched anything in the period.
+        """
+    @property
+    def true_axis(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n, 3): of dimension 1 the normal, of 2 the axis of free motion; else zero.
+        """
+    @property
+    def true_dimension(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n,): at the end of the period, as all that is true.
+        """
+    @property
+    def true_force(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n, 3), N: of the robot on the scene, with friction.
+        """
+    @property
+    def true_normal(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n, 3): along the sum of the normal forces, unit, INTO the surface, or zero.
+        """
+    @property
+    def velocity(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        v_BE, (n, 3), m/s: likewise.
+        """
+class FilterTrialMetrics:
+    """
+    What one or more trials come to. Samples count as contact from a true force of
+    0.5 N at their end.
+    """
+    def __init__(self) -> None:
+        ...
+    def add(self, trial: FilterTrial) -> None:
+        """
+        Adds a trial.
+        """
+    @property
+    def axis_error(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k,), deg: of these, where both dimensions are 2.
+        """
+    @property
+    def contact_samples(self) -> int:
+        """
+        Number of updates in contact.
+        """
+    @property
+    def detection_latency(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k,), s: from each contact to the update that shows it; infinity if it was over
+        before, and left out if it was over within 100 ms.
+        """
+    @property
+    def dimension_changes(self) -> int:
+        """
+        Number of changes of the filter's dimension.
+        """
+    @property
+    def direction_error(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k,), deg: of contact samples where the filter has a contact.
+        """
+    @property
+    def false_contact_samples(self) -> int:
+        """
+        Number of updates with a contact though nothing was touched, neither in the
+        period nor since the filter last had none.
+        """
+    @property
+    def loss_latency(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k,), s: likewise, from each contact's end to dimension 0.
+        """
+    @property
+    def right_dimension_samples(self) -> int:
+        """
+        Of those, with the true dimension.
+        """
+    @property
+    def samples(self) -> int:
+        """
+        Number of updates.
+        """
+    @property
+    def second_latency(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (k,), s: likewise, from each second wall to dimension 2.
+        """
 def _angular_metric_descriptions() -> list[tuple[str, str, str]]:
     """
     The same of those of the angular filter.
@@ -4749,6 +5298,10 @@ def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float6
 def _map_device_positions(map: WorkspaceMapParams, x_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
     (n, 3), m, from D to B.
+    """
+def _measure_filter_cost(trial: FilterTrial, filter: ForceSpaceParticleFilterParams, seed: typing.SupportsInt | typing.SupportsIndex, repeats: typing.SupportsInt | typing.SupportsIndex) -> float:
+    """
+    us of the filter's updates per second of the trial, median of repeats.
     """
 def _metric_descriptions() -> list[tuple[str, str, str]]:
     """
@@ -4779,8 +5332,18 @@ def rate_limit(previous: typing.Any, target: typing.Any, max_step: typing.Suppor
     """
     The vector (3,) nearest to `target` within `max_step` (norm) of `previous`.
     """
+def run_filter_trial(params: FilterTrialParams = ..., filter: ForceSpaceParticleFilterParams = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0) -> FilterTrial:
+    """
+    Runs a filter, seeded with `seed`, along a trial: a simulated tool on analytic
+    surfaces, controlled at 1 kHz. The same arguments give the same bits.
+    
+    Raises ValueError for an invalid parameter or a filter's period below 1 ms.
+    """
 def saturate(value: typing.Any, max_norm: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
     """
     `value` (3,) shortened to `max_norm` if it is longer.
     """
+_FILTER_TRIAL_DRIVES: tuple = ('closed_loop', 'true_selection', 'kinematic')
+_FILTER_TRIAL_SCENES: tuple = ('free', 'plane', 'cylinder', 'inner_corner', 'step_edge', 'still', 'grazing', 'soft')
+_LIKELIHOODS: tuple = ('paper', 'friction_cone')
 _RECORDING_MOVE_TIME: float = 2.0

@@ -30,6 +30,7 @@ examples:
   dual-proxy run plane
   dual-proxy run plane --delay 0.15 --scheme position_force --out out/baseline
   dual-proxy run plane --set filter.period=0.02 --set law=printed --seed 3
+  dual-proxy bench filter --quick
 """
 
 
@@ -56,6 +57,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if options.command == "list":
             return _list()
+        if options.command == "bench":
+            return _bench_filter(options)
         return _run(options)
     except ScenarioError as error:
         print(f"dual-proxy: error: {error}", file=sys.stderr)
@@ -105,7 +108,42 @@ def _parser() -> argparse.ArgumentParser:
         metavar="DIR",
         help="where to save (default: out/SCENARIO-SCHEME-DELAYms)",
     )
+    _add_bench(commands)
     return parser
+
+
+def _add_bench(commands: Any) -> None:
+    bench = commands.add_parser("bench", help="measure run time against error")
+    subjects = bench.add_subparsers(dest="subject", required=True, metavar="SUBJECT")
+    command = subjects.add_parser(
+        "filter",
+        help="the force-space particle filter, over particles, rates, likelihoods",
+    )
+    add = command.add_argument
+    add("--quick", action="store_true", help="a part of it, in seconds")
+    add(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        default=Path("out/bench"),
+        help="where to save filter.json and filter.png (default: %(default)s)",
+    )
+    add("--page", type=Path, metavar="MD", help="page whose tables are to be filled")
+    add(
+        "--recordings",
+        type=Path,
+        metavar="DIR",
+        help="CSV files of a guided arm that presses a horizontal board",
+    )
+
+
+def _bench_filter(options: argparse.Namespace) -> int:
+    # Here, as it draws: other commands need not wait for that.
+    from dual_proxy.bench.filter_command import bench_filter
+
+    _make_directory(options.out)
+    bench_filter(options.quick, options.out, options.page, options.recordings)
+    return 0
 
 
 def _list() -> int:

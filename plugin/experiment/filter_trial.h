@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "dual_proxy/common/enum_strings.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/perception/force_space_particle_filter.h"
+
+/** @file
+Trials of the force-space particle filter: a simulated tool moves over analytic
+surfaces, the filter gets what a controller would give it, and its result is
+kept beside the truth. */
 
 namespace dual_proxy {
 
@@ -19,7 +25,7 @@ enum class FilterTrialScene {
   kPlane,        ///< Presses and slides a triangle on a plane.
   kCylinder,     ///< Slides across a cylinder of radius 0.1 m, at some angle.
   kInnerCorner,  ///< Floor, into a wall, along the corner, off one of the two.
-  kStepEdge,     ///< Floor, into a step's side, up it, over the edge, its top.
+  kStepEdge,     ///< Floor, into a step's side, up it, over its edge, its top.
   kStill,        ///< Presses on a plane without moving.
   kGrazing,      ///< Skims a plane fast and with little force.
   kSoft,         ///< Sinks slowly into a soft plane, then slides.
@@ -56,80 +62,84 @@ struct EnumStrings<FilterTrialDrive> {
       {FilterTrialDrive::kKinematic, "kinematic"}};
 };
 
-/** Parameters of RunFilterTrial(). What is not here, `seed` varies: the scene's
-orientation, the path, stiffness of contact and controller, the tool's radius.
-*/
+/** Parameters of RunFilterTrial(). `seed` decides what is not here: the scene's
+orientation, details of the path, stiffness of contact and controller, the
+tool's radius, the noise, and when within a period the filter's first update
+is. */
 struct FilterTrialParams {
   FilterTrialScene scene{FilterTrialScene::kPlane};
   FilterTrialDrive drive{FilterTrialDrive::kClosedLoop};
-  double friction{0.3};          ///< mu, 0 to 2: static and kinetic.
-  double speed{0.05};            ///< m/s, > 0: of sliding.
-  double force{6};               ///< N, > 0: of pressing.
-  double force_noise{0.2};       ///< N, >= 0: std per axis, of every update.
+  double friction{0.3};  ///< mu, 0 to 2: static and kinetic.
+  double speed{0.05};    ///< m/s, > 0: of sliding.
+  double force{6};       ///< N, > 0: of pressing.
+  /** N, >= 0: std per axis of the noise on each update's mean. */
+  double force_noise{0.2};
   double velocity_noise{0.0005};  ///< m/s, >= 0: likewise.
-  double hold_time{0.7};         ///< s, >= 0: of pressing still.
+  double hold_time{0.7};          ///< s, >= 0: of pressing still.
   std::uint64_t seed{0};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
-
-  /** Visits every field by name; see common/serialize.h. */
-  template <typename Archive>
-  void Serialize(Archive* a) {
-    VisitEnum(a, "FilterTrialParams", "scene", &scene);
-    VisitEnum(a, "FilterTrialParams", "drive", &drive);
-    a->Visit(MakeNameValue("friction", &friction));
-    a->Visit(MakeNameValue("speed", &speed));
-    a->Visit(MakeNameValue("force", &force));
-    a->Visit(MakeNameValue("force_noise", &force_noise));
-    a->Visit(MakeNameValue("velocity_noise", &velocity_noise));
-    a->Visit(MakeNameValue("hold_time", &hold_time));
-    a->Visit(MakeNameValue("seed", &seed));
-  }
 };
 
 /** One update of a trial: the filter's inputs, its result, and the truth at the
-end of the period. */
+end of the period. All in B. */
 struct FilterTrialSample {
-  double time{0};  ///< s.
+  double time{0};  ///< s: end of the period.
+  /** Inputs, means over the period with their noise: N, m/s, N, N. */
   Eigen::Vector3d sensed_force{Eigen::Vector3d::Zero()};
   Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};
   Eigen::Vector3d motion_force{Eigen::Vector3d::Zero()};
   Eigen::Vector3d contact_force{Eigen::Vector3d::Zero()};
-  int dimension{0};                  ///< The filter's.
-  Eigen::Matrix3d singular_vectors{Eigen::Matrix3d::Zero()};  ///< The filter's.
+  /** The filter's. */
+  int dimension{0};
+  Eigen::Matrix3d singular_vectors{Eigen::Matrix3d::Identity()};
+  /** Whether the tool touched anything, however briefly, in the period. */
+  bool touched{false};
   int true_dimension{0};
-  Eigen::Vector3d true_force{Eigen::Vector3d::Zero()};   ///< N: of contact.
-  Eigen::Vector3d true_normal{Eigen::Vector3d::Zero()};  ///< Resultant of normal forces, unit or zero.
-  /** Dimension 1: as true_normal; 2: of the free axis; else zero. */
+  /** N: of the robot on the scene, with friction. */
+  Eigen::Vector3d true_force{Eigen::Vector3d::Zero()};
+  /** Along the sum of the normal forces: unit, INTO the surface, or zero. */
+  Eigen::Vector3d true_normal{Eigen::Vector3d::Zero()};
+  /** Of dimension 1 the normal, of 2 the axis of free motion; else zero. */
   Eigen::Vector3d true_axis{Eigen::Vector3d::Zero()};
-  /** rad: between the filter's axis (U1, or U3 at dimension 2) and the true one
-  where the dimensions agree; else between true_normal and the force space; NaN
-  where one of the two has no contact. */
+  /** rad, 0 to pi/2: between the filter's axis (U1, or U3 at dimension 2) and
+  the true one where the dimensions agree; else between true_normal and the
+  force space; NaN where filter or truth has no contact. */
   double direction_error{0};
 };
 
-/** Runs `filter` from its initial state along a trial.
-@throws std::invalid_argument if `params` is invalid. */
-std::vector<FilterTrialSample> RunFilterTrial(
-    const FilterTrialParams& params, const ForceSpaceParticleFilter& filter,
-    std::uint64_t filter_seed);
-
-/** What the samples of one or more trials come to; times in s, angles in deg.
-Contact counts from a true force of 0.5 N. */
-struct FilterTrialMetrics {
-  std::int64_t contact_samples{0};
-  std::int64_t right_dimension_samples{0};
-  std::vector<double> direction_error;
-  std::vector<double> axis_error;          ///< Of these, at dimension 2.
-  std::vector<double> detection_latency;   ///< Onset to dimension > 0.
-  std::vector<double> loss_latency;        ///< End to dimension 0.
-  std::vector<double> second_latency;      ///< Second wall to dimension 2.
-  std::int64_t false_contact_samples{0};   ///< While never touched before.
-  std::int64_t samples{0};
-
-  /** Adds a trial of samples `period` (s) apart. */
-  void Add(const std::vector<FilterTrialSample>& samples, double period);
+/** A true contact's time, s: from the control period at whose end its force is
+first kFilterTrialContactForce to the one at whose end it is no longer, or
+infinity. Gaps of less than 50 ms (bounces) are not gaps. */
+struct FilterTrialInterval {
+  double begin{0};
+  double end{0};
 };
+
+/** N: a contact counts from here, and a second wall from this normal force. */
+inline constexpr double kFilterTrialContactForce = 0.5;
+
+/** A trial that was run. */
+struct FilterTrial {
+  std::vector<FilterTrialSample> samples;  ///< One per update.
+  std::vector<FilterTrialInterval> contacts;
+  std::vector<FilterTrialInterval> second_walls;  ///< Of true dimension >= 2.
+};
+
+/** Runs `filter` from its initial state along a trial; controls run at 1 kHz.
+The same arguments give the same result, bit for bit.
+@throws std::invalid_argument if `params` is invalid or the filter's period is
+  below 1 ms. */
+FilterTrial RunFilterTrial(const FilterTrialParams& params,
+                           const ForceSpaceParticleFilter& filter,
+                           std::uint64_t filter_seed);
+
+/** What the filter's updates along a trial take, us per second of the trial:
+the median of `repeats` >= 1 runs over its inputs, after one to warm up.
+@throws std::invalid_argument if there is no sample or no repeat. */
+double MeasureFilterCost(const FilterTrial& trial,
+                         const ForceSpaceParticleFilter& filter,
+                         std::uint64_t filter_seed, int repeats);
 
 }  // namespace dual_proxy

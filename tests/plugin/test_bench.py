@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`dual-proxy bench filter`, the quick part of it."""
+
+import dataclasses
+import json
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dual_proxy import cli
+from dual_proxy.bench import filter as bench
+from dual_proxy.bench import filter_recordings, filter_report
+from dual_proxy.settings import ScenarioError
+
+# A directory with recordings of a guided arm, if there is one.
+RECORDINGS = os.environ.get("DUAL_PROXY_RECORDINGS")
+MARKS = "".join(
+    f"<!-- dual-proxy bench filter: {name} -->\n\nText after {name}.\n\n"
+    for name in ("grid", "targets", "dependence")
+)
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory):
+    """Run the command once; return where it saves."""
+    out = tmp_path_factory.mktemp("bench")
+    assert cli.main(["bench", "filter", "--quick", "--out", str(out)]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def results(quick):
+    return json.loads((quick / "filter.json").read_text())
+
+
+def rows(results, table="grid", **where):
+    return [
+        row
+        for row in results[table]
+        if all(row[key] == value for key, value in where.items())
+    ]
+
+
+def test_every_setting_has_its_rows(results):
+    settings = len(bench.LIKELIHOODS) * 2 * 3
+    assert len(rows(results, scene=None, drive=None, friction=None)) == settings
+    for scene in ("free", "plane", "cylinder", "inner_corner", "step_edge"):
+        assert len(rows(results, scene=scene)) == settings
+    for drive in ("closed_loop", "true_selection", "kinematic"):
+        assert len(rows(results, drive=drive)) == settings
+    for friction in (0.0, 0.25, 0.5):
+        assert len(rows(results, friction=friction)) == settings
+    assert len(results["still"]) == len(bench.LIKELIHOODS) * 3 * 3
+    assert results["recordings"] == []
+    assert results["machine"]["processors"] >= 1
+
+
+def test_free_space_is_never_a_contact(results):
+    for row in rows(results, scene="free"):
+        assert row["false_contact_samples"] == 0
+        assert row["dimension_changes"] == 0
+        assert row["samples"] > 500
+        assert row["contact_samples"] == 0
+
+
+def test_values_are_possible(results):
+    for row in rows(results, drive=None, friction=None):
+        if row["scene"] == "free":
+            continue
+        assert 0 <= row["dimension_right"] <= 1
+        for name in ("direction_error", "axis_error"):
+            mean, p95 = row[f"{name}_mean_deg"], row[f"{name}_p95_deg"]
+            assert (mean is None) == (p95 is None)
+            assert mean is None or (0 <= mean <= 90 and 0 <= p95 <= 90)
+        for name in ("detection", "loss", "second"):
+            assert row[f"{name}_missed"] <= row[f"{name}_events"]
+        assert row["detection_events"] >= row["trials"]
+        # Only in a corner is there a second wall.
+        in_corner = row["scene"] in (None, "inner_corner", "step_edge")
+        assert (row["second_events"] > 0) == in_corner
+
+
+def test_more_particles_cost_more(results):
+    for likelihood in bench.LIKELIHOODS:
+        few, many = (
+            sum(
+                row["cost_us_per_s"]
+                for row in rows(results, likelihood=likelihood, num_particles=number)
+                if "cost_us_per_s" in row
+            )
+            for number in (100, 1000)
+        )
+        assert many > 1.5 * few
+
+
+def test_the_filter_is_of_use_in_closed_loop(results):
+    # With slack, at the rate that the printed method is made for; what is reached
+    # is in docs/benchmarks.md.
+    where = {"drive": "closed_loop", "num_particles": 1000, "rate": 15.0}
+    found = rows(results, **where)
+    assert len(found) == len(bench.LIKELIHOODS)
+    for row in found:
+        assert row["dimension_right"] > 0.5
+        assert row["direction_error_mean_deg"] < 25
+        assert row["detection_missed"] == 0
+
+
+def test_output_is_readable(quick, results):
+    assert (quick / "filter.png").stat().st_size > 10000
+    assert not list(quick.glob("*.unfinished"))
+    table = filter_report.target_table(results).splitlines()
+    assert len({line.count("|") for line in table}) == 1
+    for likelihood in bench.LIKELIHOODS:
+        assert f"{likelihood}, 100 Hz" in table[0]
+    free = next(line for line in table if line.startswith("| free"))
+    assert free.count("0: met") == 3 * len(bench.LIKELIHOODS)
+    assert "not met" not in free
+
+
+def test_results_do_not_depend_on_the_number_of_workers():
+    plan = dataclasses.replace(bench.QUICK, num_particles=(100,), rates=(15.0,))
+    grids = []
+    for workers in (1, 3):
+        with bench.worker_pool(workers) as pool:
+            grid = bench.measure_grid(plan, pool)
+        for row in grid:
+            row.pop("cost_us_per_s", None)
+        grids.append(grid)
+    assert grids[0] == grids[1]
+
+
+def test_full_plan_meets_each_pair_of_drive_friction_speed_and_force():
+    trials = [trial for trial in bench.FULL.trials() if trial.scene == "plane"]
+    for a, b in (
+        *(("drive", "friction"), ("drive", "speed"), ("drive", "force")),
+        *(("friction", "speed"), ("friction", "force"), ("speed", "force")),
+    ):
+        pairs = {(getattr(trial, a), getattr(trial, b)) for trial in trials}
+        assert len(pairs) == 9, (a, b)
+    seeds = [trial.seed for trial in bench.FULL.trials()]
+    assert len(set(seeds)) == len(seeds)
+
+
+def test_quantile_of_latencies_knows_what_was_missed():
+    class Result:
+        samples = contact_samples = right_dimension_samples = 0
+        dimension_changes = false_contact_samples = 0
+        direction_error = axis_error = np.array([])
+        loss_latency = second_latency = np.array([])
+        detection_latency = np.array([0.01] * 18 + [0.03] + [math.inf])
+
+    row = bench._summary([Result()])
+    assert row["detection_p95_ms"] is None
+    assert row["detection_mean_ms"] == pytest.approx(11.05, abs=0.01)
+    assert (row["detection_events"], row["detection_missed"]) == (20, 1)
+    assert row["detection_late"] == 1 / 20
+    assert row["second_late"] is None
+    assert row["dimension_right"] is None
+    Result.detection_latency = np.array([0.01] * 40 + [math.inf])
+    assert bench._summary([Result()])["detection_p95_ms"] == pytest.approx(10)
+
+
+def test_page_is_filled_and_filled_again(results, tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(f"# Title\n\n{MARKS}")
+    filter_report.check_page(page)
+    filter_report.write_page(page, results)
+    once = page.read_text()
+    for name in ("grid", "targets", "dependence"):
+        mark = f"<!-- dual-proxy bench filter: {name} -->\n| "
+        assert mark in once
+        assert f"|\n\nText after {name}.\n\n" in once
+    filter_report.write_page(page, results)
+    assert page.read_text() == once
+    assert (tmp_path / "images" / "bench_filter.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "required: SUBJECT"),
+        (["arm"], "invalid choice: 'arm'"),
+        (["filter", "--page", "no.md"], "--page no.md: No such file"),
+        (["filter", "--page", __file__], "expected a line '<!-- dual-proxy bench"),
+        (["filter", "--quick", "--page", "x.md"], "expected the whole benchmark"),
+        (["filter", "--recordings", "no"], "--recordings no: expected CSV files"),
+        (["filter", "--out", __file__], "--out"),
+    ],
+)
+def test_bad_input_is_one_clear_line(capsys, tmp_path, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    try:
+        status = cli.main(["bench", *arguments])
+    except SystemExit as error:
+        status = error.code
+    captured = capsys.readouterr()
+    assert status == 2
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert message in captured.err
+
+
+def make_recording(path, seconds=4.0, rows_per_s=100.0, columns=True):
+    """A tool that presses the board with 8 N from 1 s on, in a turned frame."""
+    rotation = np.array([[1.0, 0, 0], [0, -1.0, 0], [0, 0, -1.0]])
+    names = ["t", "sensed_fx", "sensed_fy", "sensed_fz", "px", "py", "pz"]
+    names += [f"R{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)] + ["vx", "vy", "vz"]
+    lines = [",".join(names if columns else names[:-1])]
+    for k in range(round(seconds * rows_per_s)):
+        time = k / rows_per_s
+        force = 8.0 if time >= 1.0 else 0.0
+        x = 0.02 * time
+        values = [time, 0, 0, force, x, 0, 0.1, *rotation.ravel(), 0.02, 0, 0]
+        values = values if columns else values[:-1]
+        lines.append(",".join(f"{value:g}" for value in values))
+    path.write_text("\n".join(lines) + "\n")
+
+
+def test_recording_is_read_in_the_base_frame(tmp_path):
+    make_recording(tmp_path / "a.csv")
+    (recording,) = filter_recordings.read_recordings(tmp_path)
+    assert recording.forces[-1] == pytest.approx([0, 0, -8])
+    means = recording.means(1 / 15)
+    assert len(means.times) == 60
+    assert means.positions[-1] == pytest.approx(
+        recording.positions[means_begin(recording, 59) :].mean(axis=0)
+    )
+    assert len(recording.means(0.01).times) == len(recording.times)
+    config = bench.Config("paper", 1000, 100.0)
+    (row,) = filter_recordings.measure_recordings([recording], [config])
+    assert row["updates_pressing"] == 300
+    assert row["normal_right"] > 0.9
+    assert row["dimension_changes_per_s"] < 1
+
+
+def means_begin(recording, period):
+    return int(np.flatnonzero(recording.times * 15 + 1e-6 >= period)[0])
+
+
+def test_recording_without_a_velocity_is_refused(tmp_path):
+    make_recording(tmp_path / "a.csv", columns=False)
+    with pytest.raises(ScenarioError, match="vz"):
+        filter_recordings.read_recordings(tmp_path)
+
+
+@pytest.mark.skipif(RECORDINGS is None, reason="DUAL_PROXY_RECORDINGS is not set")
+def test_real_recordings():
+    recordings = filter_recordings.read_recordings(Path(RECORDINGS))
+    configs = [bench.Config(name, 1000, 15.0) for name in bench.LIKELIHOODS]
+    for row in filter_recordings.measure_recordings(recordings, configs):
+        assert row["updates_pressing"] > 100
+        # With slack: 0.87 for the printed method.
+        assert row["normal_right"] > 0.7
