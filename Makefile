@@ -49,9 +49,11 @@ stubs: build  ## Regenerate plugin/dual_proxy/_core.pyi from the bindings
 
 figures: build  ## Print the tables of README and docs, draw the README's picture
 	$(BIN)/python benchmarks/plane.py --picture docs/images/plane.png
-	$(BIN)/python benchmarks/law.py
+	$(BIN)/python benchmarks/law.py --page docs/notes_on_the_paper.md
 	$(BIN)/python benchmarks/loop_cost.py --page docs/benchmarks.md
 	$(BIN)/dual-proxy bench filter --page docs/benchmarks.md
+	$(BIN)/python benchmarks/filter_rates.py --page docs/benchmarks.md
+	$(BIN)/python benchmarks/filter_choices.py --page docs/filter.md
 
 bench-filter-speed: build  ## Time the particle filter, beside a textbook's
 	$(BIN)/python benchmarks/filter_speed.py

@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What each departure from the printed law does on scene `plane`; prints the
-tables of docs/notes_on_the_paper.md.
+"""What each departure from the printed law does on scene `plane`: the tables of
+docs/notes_on_the_paper.md.
 
-python benchmarks/law.py
+python benchmarks/law.py [--page docs/notes_on_the_paper.md]
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pages import fill_page, markdown_table
 
 import dual_proxy as dp
 from dual_proxy.panda import PandaModel
@@ -31,6 +34,10 @@ STEPS: dict[str, dict[str, Any]] = {
         "controller.passivity": True,
         "controller.selection_blend_time": 0.03,
     },
+    "+ filter `friction_cone`, 100 Hz": {
+        "filter.likelihood": "friction_cone",
+        "filter.period": 0.01,
+    },
 }
 # Each alone, from the default law.
 SINGLE: dict[str, dict[str, Any]] = {
@@ -40,8 +47,12 @@ SINGLE: dict[str, dict[str, Any]] = {
     "no feed-forward (11.7)": {"controller.feed_forward": False},
     "no passivity controller (11.13)": {"controller.passivity": False},
     "no averaging of poses (8.6)": {"link.average": False},
-    "filter at 30 Hz": {"filter.period": 1 / 30, "filter.scatter_std": 0.018},
-    "filter at 100 Hz (11.2)": {"filter.period": 0.01},
+    "filter at 15 Hz": {"filter.period": 1 / 15},
+    "filter `paper` at 15 Hz": {
+        "filter.likelihood": "paper",
+        "filter.period": 1 / 15,
+    },
+    "filter `paper` at 100 Hz (11.2)": {"filter.likelihood": "paper"},
     "no limit of 10 N on the robot": {"robot_proxy.max_force": 20.0},
 }
 KEYS = {
@@ -86,34 +97,46 @@ def print_coupling(scenario: dp.Scenario) -> None:
     )
 
 
-def line(name: str, scenario: dp.Scenario, changes: Mapping[str, Any]) -> None:
-    """Runs a variant and prints its row."""
+def row(name: str, scenario: dp.Scenario, changes: Mapping[str, Any]) -> list[str]:
+    """Runs a variant and returns its cells."""
     metrics = dp.run(scenario, overrides=changes).metrics
     cells = [
         "-" if metrics[key] is None else form.format(metrics[key] * factor)
         for key, factor, form in KEYS.values()
     ]
-    print(f"| {name} |", " | ".join(cells), "|", flush=True)
+    return [name, *cells]
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Prints the three tables as Markdown."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--page", type=Path)
+    options = parser.parse_args(arguments)
     plane = dp.load_scenario("plane")
-    for scenario in (plane, lowered(plane, 0.10)):
+    low = lowered(plane, 0.10)
+    for scenario in (plane, low):
         print_coupling(scenario)
-    header = "\n| variant | " + " | ".join(KEYS) + " |\n|" + " --- |" * (1 + len(KEYS))
-    for title, scenario in (
-        ("Table at 0.40 m", plane),
-        ("Table at 0.10 m", lowered(plane, 0.10)),
-    ):
-        print(f"\n{title}, printed law and what is added to it:\n{header}")
+
+    def sums() -> dict[str, dict[str, Any]]:
         changes: dict[str, Any] = dict(PRINTED)
+        added = {}
         for name, step in STEPS.items():
             changes |= step
-            line(name, scenario, changes)
-    print(f"\nTable at 0.40 m, one change to the default:\n{header}")
-    for name, step in SINGLE.items():
-        line(name, plane, step)
+            added[name] = dict(changes)
+        return added
+
+    for title, scenario, variants in (
+        ("law.py: added at 0.40 m", plane, sums()),
+        ("law.py: added at 0.10 m", low, sums()),
+        ("law.py: single", plane, SINGLE),
+    ):
+        table = markdown_table(
+            ["variant", *KEYS],
+            [row(name, scenario, changes) for name, changes in variants.items()],
+        )
+        print(f"\n{title}:\n\n{table}", flush=True)
+        if options.page:
+            fill_page(options.page, title, table)
 
 
 if __name__ == "__main__":

@@ -52,9 +52,9 @@ struct ForceSpaceParticleFilterThresholds {
   }
 };
 
-/** Parameters of ForceSpaceParticleFilter; the defaults are the paper's
-(section V.C) where it gives a number. For the angular filter read N m for N and
-rad/s for m/s. */
+/** Parameters of ForceSpaceParticleFilter; but for the likelihood the defaults
+are the paper's (section V.C) where it gives a number. For the angular filter
+read N m for N and rad/s for m/s. */
 struct ForceSpaceParticleFilterParams {
   /** n_p, 2 to 100000. The cost of an update is proportional to it. */
   int num_particles{1000};
@@ -189,7 +189,11 @@ struct ForceSpaceParticleFilterState {
 /** Estimates in which directions the tool touches something: the Force-Space
 Particle Filter of section IV of the paper. Particles live on the unit sphere
 (a possible contact normal, pointing into the surface) and at its centre (no
-contact). One update is
+contact).
+
+With Likelihood::kFrictionCone the particles are those of ContactTracker's
+contacts, whose number is the dimension; it needs no commands, and the spaces
+come from the particles as below. With Likelihood::kPaper one update is
 
     move      rho += N(scatter_mean, scatter_std) for rho != 0     Algorithm 1
     add       along the arc from F_f to F_m, if F_m is likely      Algorithm 1
@@ -197,7 +201,7 @@ contact). One update is
     resample  low-variance, back to num_particles                  Algorithm 2
     spaces    dimension and Omega_f from the singular values       Algorithm 3
 
-Where this departs from what is printed:
+Where the latter departs from what is printed:
 - Each of w_f and w_v is clamped to [0, 1] (the paper says that they are in it).
 - Algorithm 2 advances while the cumulative weight is *below* the sample.
 - Algorithm 3 is the clamp of the previous dimension to [d_hb, d_lb]; as printed
@@ -213,7 +217,9 @@ Where this departs from what is printed:
 
 A prior (section IV.C: from vision, or from what was believed at this place
 before) adds unscattered particles at its normals to each update, to be weighed
-like all others: it can only help what the sensors also support.
+like all others: it can only help what the sensors also support. With
+Likelihood::kFrictionCone a contact that is foreseen needs less evidence, and
+its normal starts from both.
 
 The angular filter is a second instance fed with moments and angular velocity.
 There the particles are axes of constrained rotation. */
