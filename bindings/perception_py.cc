@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <pybind11/stl.h>
+
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -316,7 +318,7 @@ void BindPerception(py::module_& m) {
              "s, > 0, time between updates, default 1/15")
       .Field("likelihood", &Params::likelihood,
              "\"paper\" (eq. 6 to 8) or \"friction_cone\" (contacts with "
-             "friction)")
+             "friction), default \"friction_cone\"")
       .Field("scatter_mean", &Params::scatter_mean,
              "mean of the scatter per axis and update, -1 to 1, default 0")
       .Field("scatter_std", &Params::scatter_std,

@@ -100,6 +100,8 @@ void Scenario::ApplyPresets() {
   }
   if (law == Law::kPrinted) {
     robot_proxy.handover = Handover::kPrinted;
+    filter.likelihood = Likelihood::kPaper;
+    filter.period = 1.0 / 15.0;
     robot_proxy.interpolate = false;
     robot_proxy.max_motion_error = 0;
     controller.unit_mass_motion_force = false;

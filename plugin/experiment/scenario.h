@@ -209,7 +209,12 @@ struct Scenario {
   LinkParams link;
   RobotSideProxyParams robot_proxy;
   OperationalSpaceControllerParams controller;
-  ForceSpaceParticleFilterParams filter;
+  /** At 100 Hz; see docs/benchmarks.md. */
+  ForceSpaceParticleFilterParams filter{[] {
+    ForceSpaceParticleFilterParams params;
+    params.period = 0.01;
+    return params;
+  }()};
   AngularFilterParams angular_filter;  ///< Of the dual proxy only.
   HapticSideProxyParams haptic_proxy;
   HapticControllerParams haptic_controller;

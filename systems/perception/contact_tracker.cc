@@ -26,6 +26,8 @@ constexpr double kSettlingTime = 0.05;     // s: no drop by velocity before.
 constexpr double kConflictTime = 0.03;     // s: of motion along a normal.
 constexpr double kSettledSlide = 0.002;    // m: the normal is known by then.
 constexpr double kTilt = 0.12;             // rad: usual tilt by friction.
+constexpr double kFirstTilt = 0.22;        // rad: with 95 %, of one contact,
+constexpr double kNextTilt = 0.38;         // and of the free axis of two.
 constexpr double kFirstStd = 0.2;          // rad: of a first contact's normal.
 constexpr double kNextStd = 0.3;           // rad: of another one's.
 constexpr double kSlack = 0.05;            // rad: what a model leaves out.
@@ -47,6 +49,11 @@ Vector3d Shortened(const Vector3d& value, double limit) noexcept {
 
 double CalcStd(const TrackedContact& contact) noexcept {
   return std::sqrt(std::max(0.0, contact.covariance.trace()));
+}
+
+/** rad^2: square of how far friction may have tilted what never slid. */
+double CalcTilt2(const TrackedContact& contact, double tilt) noexcept {
+  return contact.slid < kSettledSlide ? tilt * tilt : 0;
 }
 
 /** What the velocity along a normal may be though the tool is in contact. */
@@ -340,8 +347,8 @@ void ContactTracker::LearnFriction(const Vector3d& force,
   }
   // The slower it slides, the less the velocity tells friction from a tilt.
   const double ratio = velocity.norm() / (20 * params_.velocity_noise);
-  state->friction += friction_gain_ * std::min(1.0, ratio * ratio) *
-                     (seen - state->friction);
+  state->friction +=
+      friction_gain_ * std::min(1.0, ratio * ratio) * (seen - state->friction);
 }
 
 void ContactTracker::NoteMotion(const Vector3d& velocity,
@@ -587,8 +594,9 @@ void ContactTracker::CalcStatistics(int index,
 
 double ContactTracker::CalcDirectionUncertainty(const State& state) noexcept {
   // Of a plane normal distribution with variances a >= b the radius that holds
-  // 95 % is, within 1 %, the root of 3.84 a + 2.16 b.
-  constexpr double kFloor2 = 1e-4;  // rad^2: what the model leaves out.
+  // 95 % is, within 1 %, the root of 3.84 a + 2.16 b. Noises are set larger
+  // than they are, and so are the clouds: kScale2 makes the 95 % come true.
+  constexpr double kScale2 = 0.64;
   switch (state.count) {
     case 0:
       return 0.5 * std::numbers::pi;
@@ -601,17 +609,21 @@ double ContactTracker::CalcDirectionUncertainty(const State& state) noexcept {
       const double xy = x.dot(contact.covariance * y);
       const double half = 0.5 * std::hypot(xx - yy, 2 * xy);
       const double middle = 0.5 * (xx + yy);
-      return std::sqrt(3.84 * (middle + half) +
-                       2.16 * std::max(0.0, middle - half) + kFloor2);
+      return std::sqrt(kScale2 * (3.84 * (middle + half) +
+                                  2.16 * std::max(0.0, middle - half)) +
+                       CalcTilt2(contact, kFirstTilt));
     }
     case 2: {
       const Vector3d axis =
           state.contacts[0].normal.cross(state.contacts[1].normal).normalized();
-      double variance = 0;
+      double square = 0;
       for (int i = 0; i < 2; ++i) {
-        variance += axis.dot(state.contacts[i].covariance * axis);
+        const TrackedContact& contact = state.contacts[i];
+        square += kScale2 * 3.84 * axis.dot(contact.covariance * axis);
       }
-      return std::sqrt(3.84 * variance + kFloor2);
+      return std::sqrt(square +
+                       std::max(CalcTilt2(state.contacts[0], kNextTilt),
+                                CalcTilt2(state.contacts[1], kNextTilt)));
     }
     default:
       return 0;
@@ -623,7 +635,8 @@ double ContactTracker::CalcCountConfidence(const State& state) const noexcept {
   for (int i = 0; i < state.count; ++i) {
     pending = std::max(pending, state.contacts[i].loss);
   }
-  return 1 - 0.5 * std::min(1.0, pending / params_.evidence);
+  // How often the count was right at a share of the evidence that is needed.
+  return 1 / (1 + std::exp((pending / params_.evidence - 0.34) / 0.075));
 }
 
 }  // namespace dual_proxy

@@ -62,7 +62,7 @@ struct ForceSpaceParticleFilterParams {
   and added particles of the printed method are per update. */
   double period{1.0 / 15.0};
   /** Which likelihood. */
-  Likelihood likelihood{Likelihood::kPaper};
+  Likelihood likelihood{Likelihood::kFrictionCone};
   /** alpha of the scatter N(alpha, Sigma): mean per axis, dimensionless. */
   double scatter_mean{0};
   /** Sigma of the scatter: standard deviation per axis, dimensionless, 0 to 1.
