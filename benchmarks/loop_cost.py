@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pages import fill_page
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
@@ -33,9 +34,6 @@ from dual_proxy.station import Station, build_station
 
 # Simulated time that is measured, s: the tool presses and slides.
 BEGIN, END, PIECE = 6.0, 10.0, 0.25
-
-# After this line of a page stands the table, up to the next empty line.
-MARK = "<!-- loop_cost.py -->\n"
 
 
 def make_station(faces: str, logged: bool) -> Station:
@@ -152,11 +150,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     table = "\n".join(lines)
     print(table)
     if options.page:
-        before, mark, rest = options.page.read_text().partition(MARK)
-        if not mark:
-            parser.error(f"--page: {options.page} has no line {MARK!r}")
-        _, _, after = rest.partition("\n\n")
-        options.page.write_text(f"{before}{mark}{table}\n\n{after}")
+        fill_page(options.page, "loop_cost.py", table)
 
 
 if __name__ == "__main__":

@@ -296,18 +296,18 @@ void BindPerception(py::module_& m) {
              "N, > 0: a larger force speaks for a contact, default 0.6")
       .Field("loss_force", &FrictionConeParams::loss_force,
              "N, >= 0, < contact_force: a smaller one speaks against one that "
-             "was there, default 0.35")
+             "was there, default 0.45")
       .Field("compliance", &FrictionConeParams::compliance,
              "m/N, >= 0: how much surface, tool and arm give, default 2e-4")
       .Field(
           "curvature", &FrictionConeParams::curvature,
           "rad^2/m, >= 0: variance of the normal per metre of sliding, about "
-          "the axis across the motion, default 2")
+          "the axis across the motion, default 1")
       .Field("torsion", &FrictionConeParams::torsion,
              "rad^2/m, >= 0: about the direction of motion, default 0.05")
       .Field("evidence", &FrictionConeParams::evidence,
              "> 0: log likelihood ratio that adds or drops a contact, default "
-             "12");
+             "9");
 
   BindParams<Params>(m, "ForceSpaceParticleFilterParams",
                      "Parameters of ForceSpaceParticleFilter; the defaults are "

@@ -116,10 +116,11 @@ ContactTracker::ContactTracker(const Params& params, int num_particles,
       impulse_gain_(Share(period, kImpulseTime)),
       prior_decay_(std::exp(-period / kPriorTime)) {
   // Updates count as they come at 100 Hz. Faster ones are not independent of
-  // each other; slower ones decide alone, but for a single wild input.
+  // each other; slower ones may end a contact alone, but not begin one.
   const double information = 1 / (params.force_noise * params.force_noise);
   const double updates = std::max(0.2, period / 0.01);
-  found_rate_ = std::min(updates, 1.8) * information;
+  information_ = std::min(updates, 1.0);
+  found_rate_ = std::min(updates, 1.0) * information;
   lost_rate_ = std::min(updates, 4.0) * information;
 }
 
@@ -307,7 +308,7 @@ void ContactTracker::Follow(int index, double other_force,
   SetArray(velocity - velocity.dot(other) * other, weights.sliding);
   SetArray(other, weights.other);
   weights.velocity_scale = 1 / (3 * speed_variance);
-  weights.force_scale = count < 3 ? 1 / force_variance : 0;
+  weights.force_scale = count < 3 ? information_ / force_variance : 0;
   weights.direction_scale =
       params_.velocity_noise * params_.velocity_noise / force_variance;
   weights.friction = CalcMaxFriction(*state);

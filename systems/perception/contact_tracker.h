@@ -30,18 +30,18 @@ struct FrictionConeParams {
   /** N, > 0: from here on what a force shows speaks for a contact. */
   double contact_force{0.6};
   /** N, >= 0, < contact_force: below, it speaks against one that was there. */
-  double loss_force{0.35};
+  double loss_force{0.45};
   /** m/N, >= 0: how much surface, tool and arm give. A changing force moves the
   tool into the surface, which then is not taken for sliding. */
   double compliance{2e-4};
   /** rad^2/m, >= 0: variance by which a normal turns about the axis across the
   motion per metre of sliding (a cylinder's 1/r squared times a length). */
-  double curvature{2};
+  double curvature{1};
   /** rad^2/m, >= 0: likewise about the direction of motion. */
   double torsion{0.05};
   /** > 0: by how much the likelihood of what is new must exceed that of what
   was believed, as its logarithm, before a contact is added or dropped. */
-  double evidence{12};
+  double evidence{9};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
@@ -221,6 +221,8 @@ class ContactTracker {
   // Log likelihood ratio of one period per N of difference to a level.
   double found_rate_;
   double lost_rate_;
+  // What an update says, as a share of one that is independent of the others.
+  double information_;
 };
 
 }  // namespace dual_proxy
