@@ -1539,7 +1539,7 @@ class FrictionConeParams:
     """
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('force_noise', 'velocity_noise', 'sliding_speed', 'max_friction', 'contact_force', 'loss_force', 'compliance', 'curvature', 'torsion', 'evidence')
-    fields: typing.ClassVar[dict] = {'force_noise': 'sigma_f, N, > 0, of one input per axis, default 0.25', 'velocity_noise': 'sigma_v, m/s, > 0, likewise, default 0.0015', 'sliding_speed': 'm/s, > 0: half of it sticks, 1.5 times it slides, default 0.004', 'max_friction': 'mu, > 0, the most that is thought of, default 0.7', 'contact_force': 'N, > 0: a larger force speaks for a contact, default 0.6', 'loss_force': 'N, >= 0, < contact_force: a smaller one speaks against one that was there, default 0.35', 'compliance': 'm/N, >= 0: how much surface, tool and arm give, default 2e-4', 'curvature': 'rad^2/m, >= 0: variance of the normal per metre of sliding, about the axis across the motion, default 2', 'torsion': 'rad^2/m, >= 0: about the direction of motion, default 0.05', 'evidence': '> 0: log likelihood ratio that adds or drops a contact, default 12'}
+    fields: typing.ClassVar[dict] = {'force_noise': 'sigma_f, N, > 0, of one input per axis, default 0.25', 'velocity_noise': 'sigma_v, m/s, > 0, likewise, default 0.0015', 'sliding_speed': 'm/s, > 0: half of it sticks, 1.5 times it slides, default 0.004', 'max_friction': 'mu, > 0, the most that is thought of, default 0.7', 'contact_force': 'N, > 0: a larger force speaks for a contact, default 0.6', 'loss_force': 'N, >= 0, < contact_force: a smaller one speaks against one that was there, default 0.45', 'compliance': 'm/N, >= 0: how much surface, tool and arm give, default 2e-4', 'curvature': 'rad^2/m, >= 0: variance of the normal per metre of sliding, about the axis across the motion, default 1', 'torsion': 'rad^2/m, >= 0: about the direction of motion, default 0.05', 'evidence': '> 0: log likelihood ratio that adds or drops a contact, default 9'}
     def __copy__(self) -> FrictionConeParams:
         ...
     def __deepcopy__(self, memo: dict) -> FrictionConeParams:
@@ -1580,7 +1580,7 @@ class FrictionConeParams:
     @property
     def curvature(self) -> float:
         """
-        rad^2/m, >= 0: variance of the normal per metre of sliding, about the axis across the motion, default 2
+        rad^2/m, >= 0: variance of the normal per metre of sliding, about the axis across the motion, default 1
         """
     @curvature.setter
     def curvature(self, arg1: typing.Any) -> None:
@@ -1588,7 +1588,7 @@ class FrictionConeParams:
     @property
     def evidence(self) -> float:
         """
-        > 0: log likelihood ratio that adds or drops a contact, default 12
+        > 0: log likelihood ratio that adds or drops a contact, default 9
         """
     @evidence.setter
     def evidence(self, arg1: typing.Any) -> None:
@@ -1604,7 +1604,7 @@ class FrictionConeParams:
     @property
     def loss_force(self) -> float:
         """
-        N, >= 0, < contact_force: a smaller one speaks against one that was there, default 0.35
+        N, >= 0, < contact_force: a smaller one speaks against one that was there, default 0.45
         """
     @loss_force.setter
     def loss_force(self, arg1: typing.Any) -> None:
