@@ -153,6 +153,10 @@ def _table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
+def _number(value: float) -> str:
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+
+
 _QUANTITIES = (
     "error, deg",
     "dimension right",
@@ -164,7 +168,7 @@ _QUANTITIES = (
 
 def _quantities(row: Row) -> list[str]:
     def pair(mean: float | None, p95: float | None) -> str:
-        return " / ".join("-" if x is None else f"{x:.3g}" for x in (mean, p95))
+        return " / ".join("-" if x is None else _number(x) for x in (mean, p95))
 
     cells = [
         pair(row["direction_error_mean_deg"], row["direction_error_p95_deg"]),
@@ -208,7 +212,7 @@ def grid_table(results: Results) -> str:
                 f"{row['rate']:g}",
                 *_quantities(row),
                 *_quantities(closed)[:2],
-                f"{row['cost_us_per_s']:.3g}",
+                _number(row["cost_us_per_s"]),
             ]
             for row, closed in _grid_rows(results)
         ),
@@ -288,7 +292,7 @@ def draw(results: Results, path: Path) -> None:
             ("dimension_right", "dimension wrong, share"),
             (
                 "second_late",
-                f"second wall later than {LATE_MS['second']:g} ms or missed, share",
+                f"second wall over {LATE_MS['second']:g} ms or missed, share",
             ),
         )
     ):
