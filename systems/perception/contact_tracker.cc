@@ -34,6 +34,7 @@ constexpr double kSlack = 0.05;            // rad: what a model leaves out.
 constexpr double kMaxSlack = 0.15;         // rad.
 constexpr double kDrift = 1e-6;            // rad^2/s: of a normal at rest.
 constexpr double kDistinctAngle = 0.2;     // rad: below, contacts are one.
+constexpr double kAstray = 0.1;            // rad: between friction and motion.
 constexpr double kFrictionMargin = 0.1;    // Over the mu that was seen,
 constexpr double kFrictionFactor = 1.2;    // as sticking friction is larger.
 constexpr double kExpectedLevel = 0.6;     // Of the evidence that a contact
@@ -209,12 +210,13 @@ void ContactTracker::Explain(const Vector3d& force, const Vector3d& velocity,
   // bound follows from the normal forces.
   const double mu = CalcMaxFriction(*state);
   double total = 0;
+  double friction = 0;
   Vector3d rest = force;
   for (int pass = 0; pass < 2; ++pass) {
-    const double friction =
-        pass == 0 ? 0
-                  : std::clamp(force.dot(direction), 0.0, mu * total) *
-                        state->sliding;
+    if (pass > 0) {
+      friction =
+          std::clamp(force.dot(direction), 0.0, mu * total) * state->sliding;
+    }
     rest = force - friction * direction;
     for (int i = 0; i < count; ++i) state->contacts[i].force = 0;
     const int sweeps = count == 1 ? 1 : 30;
@@ -232,8 +234,11 @@ void ContactTracker::Explain(const Vector3d& force, const Vector3d& velocity,
     total = 0;
     for (int i = 0; i < count; ++i) total += state->contacts[i].force;
   }
-  // Where it sticks, friction takes what it can.
-  const double allowed = (1 - state->sliding) * mu * total;
+  // Where it sticks, friction takes what it can; where it slides, it is not
+  // exactly along a velocity that is not exact.
+  const double astray = std::min(
+      1.0, kAstray + 0.3 * params_.velocity_noise / std::max(speed, 1e-9));
+  const double allowed = (1 - state->sliding) * mu * total + astray * friction;
   const double size = rest.norm();
   state->unexplained =
       size > allowed ? Vector3d(rest * (1 - allowed / size)) : Vector3d::Zero();

@@ -299,6 +299,22 @@ bool ForceSpaceParticleFilter::Resample(const Eigen::Vector3d& sensed_force,
   return true;
 }
 
+void ForceSpaceParticleFilter::TurnToMainContact(State* state) const noexcept {
+  // Particles do not tell which of two contacts is pushed harder.
+  const auto end = state->tracker.contacts.begin() + state->tracker.count;
+  const Eigen::Vector3d& normal =
+      std::max_element(state->tracker.contacts.begin(), end,
+                       [](const TrackedContact& a, const TrackedContact& b) {
+                         return a.force < b.force;
+                       })
+          ->normal;
+  Eigen::Matrix3d& U = state->singular_vectors;
+  const Eigen::Vector3d across = U.col(2).cross(normal);
+  if (!(across.norm() > params_.epsilon)) return;
+  U.col(1) = across.normalized();
+  U.col(0) = U.col(1).cross(U.col(2));
+}
+
 int ForceSpaceParticleFilter::CalcPaperDimension(
     double num_on_sphere, const State& state) const noexcept {
   // Equation (9), with |S|^2 the number of particles on the sphere: compared as
@@ -336,9 +352,12 @@ void ForceSpaceParticleFilter::CalcSpaces(State* state) const noexcept {
     state->singular_vectors.setIdentity();
   }
 
-  state->dimension = params_.likelihood == Likelihood::kPaper
-                         ? CalcPaperDimension(num_on_sphere, *state)
-                         : state->tracker.count;
+  if (params_.likelihood == Likelihood::kPaper) {
+    state->dimension = CalcPaperDimension(num_on_sphere, *state);
+  } else {
+    state->dimension = state->tracker.count;
+    if (state->dimension > 1) TurnToMainContact(state);
+  }
   const Eigen::Matrix3d& U = state->singular_vectors;
   switch (state->dimension) {
     case 0:

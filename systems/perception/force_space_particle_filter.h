@@ -150,7 +150,9 @@ struct ForceSpaceParticleFilterState {
   Eigen::Vector3d singular_values{Eigen::Vector3d::Zero()};
   /** U = [U1 U2 U3] as columns, in B, right-handed. U1 and U2 point to the
   side of the particles' mean, so U1 is the normal INTO the surface in a single
-  contact. Identity while there are no particles on the sphere. */
+  contact. Identity while there are no particles on the sphere. Of several
+  contacts of Likelihood::kFrictionCone U1 is the normal of the one that is
+  pushed hardest, and U3 the axis of free motion at dimension 2. */
   Eigen::Matrix3d singular_vectors{Eigen::Matrix3d::Identity()};
 
   /** Expected normals, unit vectors in B; the first `num_priors` columns. */
@@ -306,6 +308,7 @@ class ForceSpaceParticleFilter {
                               const Eigen::Vector3d& velocity,
                               State* state) const noexcept;
   void CalcSpaces(State* state) const noexcept;
+  void TurnToMainContact(State* state) const noexcept;
   int CalcPaperDimension(double num_on_sphere,
                          const State& state) const noexcept;
 
