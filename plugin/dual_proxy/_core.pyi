@@ -1647,7 +1647,7 @@ class ForceSpaceParticleFilterParams:
     """
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles', 'prior_std', 'friction_cone')
-    fields: typing.ClassVar[dict] = {'num_particles': 'n_p, 2 to 100000, default 1000', 'period': 's, > 0, time between updates, default 1/15', 'likelihood': '"paper" (eq. 6 to 8) or "friction_cone" (contacts with friction)', 'scatter_mean': 'mean of the scatter per axis and update, -1 to 1, default 0', 'scatter_std': 'standard deviation of the scatter per axis and update, 0 to 1, default 0.025', 'update_thresholds': 'weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s', 'resampling_thresholds': 'weigh every particle, default 0, 3 N, 0.001, 0.01 m/s', 'alpha_add': 'share of the largest singular value above which a direction is added, in (0, 1), default 0.5', 'alpha_remove': 'share below which it is removed, in (0, alpha_add], default 0.1', 'epsilon': 'vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6', 'prior_particles': 'particles that each prior normal adds to an update, 0 to 100000, default 50', 'prior_std': 'rad, in (0, pi], how sure a prior is, default 0.1', 'friction_cone': 'of likelihood "friction_cone"'}
+    fields: typing.ClassVar[dict] = {'num_particles': 'n_p, 2 to 100000, default 1000', 'period': 's, > 0, time between updates, default 1/15', 'likelihood': '"paper" (eq. 6 to 8) or "friction_cone" (contacts with friction), default "friction_cone"', 'scatter_mean': 'mean of the scatter per axis and update, -1 to 1, default 0', 'scatter_std': 'standard deviation of the scatter per axis and update, 0 to 1, default 0.025', 'update_thresholds': 'weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s', 'resampling_thresholds': 'weigh every particle, default 0, 3 N, 0.001, 0.01 m/s', 'alpha_add': 'share of the largest singular value above which a direction is added, in (0, 1), default 0.5', 'alpha_remove': 'share below which it is removed, in (0, alpha_add], default 0.1', 'epsilon': 'vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6', 'prior_particles': 'particles that each prior normal adds to an update, 0 to 100000, default 50', 'prior_std': 'rad, in (0, pi], how sure a prior is, default 0.1', 'friction_cone': 'of likelihood "friction_cone"'}
     def __copy__(self) -> ForceSpaceParticleFilterParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceSpaceParticleFilterParams:
@@ -1704,7 +1704,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def likelihood(self) -> str:
         """
-        "paper" (eq. 6 to 8) or "friction_cone" (contacts with friction)
+        "paper" (eq. 6 to 8) or "friction_cone" (contacts with friction), default "friction_cone"
         """
     @likelihood.setter
     def likelihood(self, arg1: typing.Any) -> None:
@@ -1857,7 +1857,7 @@ class ForceSpaceParticleFilterAlgorithm:
         As set_prior, but never raises: normals that it would refuse change nothing, are
         counted in `state.bad_inputs`, and give "bad_input" instead of "ok".
         """
-    def set_prior(self, normals: typing.Any, state: ForceSpaceParticleFilterState, std: ... = None) -> None:
+    def set_prior(self, normals: typing.Any, state: ForceSpaceParticleFilterState, std: typing.SupportsFloat | typing.SupportsIndex | None = None) -> None:
         """
         Replaces the expected normals, which hold until they are replaced.
         
@@ -1890,7 +1890,7 @@ class ForceSpaceParticleFilter:
         """
         Starts again, as if new.
         """
-    def set_prior(self, normals: typing.Any, std: ... = None) -> None:
+    def set_prior(self, normals: typing.Any, std: typing.SupportsFloat | typing.SupportsIndex | None = None) -> None:
         """
         Replaces the expected normals, which hold until they are replaced.
         
