@@ -248,7 +248,8 @@ void ContactTracker::Follow(int index, double other_force,
   if (size == 0) return;
   TrackedContact& contact = state->contacts[index];
   const Vector3d& normal = contact.normal;
-  const double speed = velocity.norm();
+  // Along the normal it sinks.
+  const double speed = (velocity - velocity.dot(normal) * normal).norm();
   const double slides =
       std::clamp(speed / params_.sliding_speed - 0.5, 0.0, 1.0);
   const double sticks = (1 - slides) * (1 - slides);
