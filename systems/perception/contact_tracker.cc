@@ -254,7 +254,8 @@ void ContactTracker::Follow(int index, double other_force,
   if (size == 0) return;
   TrackedContact& contact = state->contacts[index];
   const Vector3d& normal = contact.normal;
-  const double speed = velocity.norm();
+  // Along the normal it sinks.
+  const double speed = (velocity - velocity.dot(normal) * normal).norm();
   const double slides =
       std::clamp(speed / params_.sliding_speed - 0.5, 0.0, 1.0);
   const double sticks = (1 - slides) * (1 - slides);
@@ -615,7 +616,7 @@ double ContactTracker::CalcDirectionUncertainty(const State& state) noexcept {
       const double xy = x.dot(contact.covariance * y);
       const double half = 0.5 * std::hypot(xx - yy, 2 * xy);
       const double middle = 0.5 * (xx + yy);
-      return std::sqrt(kScale2 * (3.84 * (middle + half) +
+      return std::sqrt(kScale2 * (3.84 * std::max(0.0, middle + half) +
                                   2.16 * std::max(0.0, middle - half)) +
                        CalcTilt2(contact, kFirstTilt));
     }
@@ -625,7 +626,8 @@ double ContactTracker::CalcDirectionUncertainty(const State& state) noexcept {
       double square = 0;
       for (int i = 0; i < 2; ++i) {
         const TrackedContact& contact = state.contacts[i];
-        square += kScale2 * 3.84 * axis.dot(contact.covariance * axis);
+        square +=
+            kScale2 * 3.84 * std::max(0.0, axis.dot(contact.covariance * axis));
       }
       return std::sqrt(square +
                        std::max(CalcTilt2(state.contacts[0], kNextTilt),

@@ -341,7 +341,7 @@ TEST(ScenarioTest, SharedValuesAreDistributed) {
         dut.haptic_controller.period, dut.device.period, dut.sensor.period}) {
     EXPECT_EQ(period, 5e-4);
   }
-  EXPECT_EQ(dut.filter.period, 1.0 / 15.0);
+  EXPECT_EQ(dut.filter.period, 0.01);
 }
 
 TEST(ScenarioTest, WrongFieldsAreNamedByTheirPath) {

@@ -457,7 +457,7 @@ TEST_P(TableVisitTest, SecondVisitHasThePriorOfTheFirst) {
   EXPECT_EQ(num_priors_, 0);
   // Friction of 0.3 tilts the force by 17 deg, and with it what is believed at
   // first, in the cell of `here_`.
-  const double limit = GetParam() == Likelihood::kPaper ? 8 : 1;
+  const double limit = GetParam() == Likelihood::kPaper ? 8 : 2;
   for (double y = 0; y <= 0.05; y += 0.005) {
     const RememberedContacts prior = Lookup(here_ + y * along_);
     ASSERT_GE(prior.normals.cols(), 1) << "at " << y;

@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 
 #include "dual_proxy/common/rotation.h"
+#include "filter_test_support.h"
 #include "no_alloc.h"
 #include "validation_error.h"
 
@@ -39,64 +40,12 @@ using Eigen::Vector3d;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/** Angle between two axes, deg, 0 to 90. */
-double AngleDeg(const Vector3d& a, const Vector3d& b) {
-  const double cosine = std::abs(a.normalized().dot(b.normalized()));
-  return std::acos(std::min(1.0, cosine)) * 180 / std::numbers::pi;
-}
-
-/** Everything in the state that an update may change, but the work space. */
-void ExpectSame(const ForceSpaceParticleFilterState& a,
-                const ForceSpaceParticleFilterState& b) {
-  EXPECT_EQ(a.particles, b.particles);
-  EXPECT_EQ(a.dimension, b.dimension);
-  EXPECT_EQ(a.force_selection, b.force_selection);
-  EXPECT_EQ(a.motion_selection, b.motion_selection);
-  EXPECT_EQ(a.singular_values, b.singular_values);
-  EXPECT_EQ(a.singular_vectors, b.singular_vectors);
-  EXPECT_EQ(a.prior, b.prior);
-  EXPECT_EQ(a.num_priors, b.num_priors);
-  EXPECT_EQ(a.updates, b.updates);
-  EXPECT_EQ(a.all_weights_zero, b.all_weights_zero);
-  RandomStream random_a = a.random;
-  RandomStream random_b = b.random;
-  EXPECT_EQ(random_a.Uniform(), random_b.Uniform());
-  NormalStream normals_a = a.normals;
-  NormalStream normals_b = b.normals;
-  double normal_a{};
-  double normal_b{};
-  normals_a.Fill(1, &normal_a);
-  normals_b.Fill(1, &normal_b);
-  EXPECT_EQ(normal_a, normal_b);
-}
-
-void ExpectInvariants(const ForceSpaceParticleFilterState& state) {
-  // Rounding of 3x3 products of projections; the eigenvectors are orthonormal
-  // to about 1e-15.
-  constexpr double kTolerance = 1e-13;
-  const Matrix3d& Omega_f = state.force_selection;
-  const Matrix3d& Omega_m = state.motion_selection;
-  ASSERT_TRUE(Omega_f.allFinite());
-  EXPECT_TRUE(Omega_f.isApprox(Omega_f.transpose(), 0) || Omega_f.isZero(0));
-  EXPECT_LT((Omega_f * Omega_f - Omega_f).norm(), kTolerance);
-  EXPECT_LT((Omega_m * Omega_m - Omega_m).norm(), kTolerance);
-  EXPECT_EQ(Matrix3d(Omega_f + Omega_m), Matrix3d::Identity());
-  EXPECT_NEAR(Omega_f.trace(), state.dimension, kTolerance);
-  const Matrix3d& U = state.singular_vectors;
-  EXPECT_LT((U.transpose() * U - Matrix3d::Identity()).norm(), kTolerance);
-  EXPECT_GT(U.determinant(), 0);
-  double num_on_sphere = 0;
-  for (int i = 0; i < state.particles.cols(); ++i) {
-    const double norm = state.particles.col(i).norm();
-    ASSERT_TRUE(norm == 0 || std::abs(norm - 1) < 1e-14);
-    if (norm > 0) ++num_on_sphere;
-  }
-  EXPECT_NEAR(state.singular_values.squaredNorm(), num_on_sphere,
-              1e-12 * (1 + num_on_sphere));
-  EXPECT_GE(state.singular_values(0), state.singular_values(1));
-  EXPECT_GE(state.singular_values(1), state.singular_values(2));
-  EXPECT_EQ(state.dimension == 0,
-            num_on_sphere < 0.5 * static_cast<double>(state.particles.cols()));
+/** The printed filter, of which these tests are. What both likelihoods share
+is tested with it; of ContactTracker see contact_tracker_test.cc. */
+ForceSpaceParticleFilterParams MakePaperParams() {
+  ForceSpaceParticleFilterParams params;
+  params.likelihood = Likelihood::kPaper;
+  return params;
 }
 
 class ForceSpaceParticleFilterTest : public ::testing::Test {
@@ -111,7 +60,7 @@ class ForceSpaceParticleFilterTest : public ::testing::Test {
     }
   }
 
-  ForceSpaceParticleFilter dut_;
+  ForceSpaceParticleFilter dut_{MakePaperParams()};
   ForceSpaceParticleFilterState state_{dut_.MakeState(1)};
   FilterStatus status_{};
   Vector3d slide_{Vector3d::Zero()};
@@ -148,7 +97,7 @@ TEST_F(ForceSpaceParticleFilterTest, FreeSpaceIsSkippedWithTheSameBits) {
     return Vector3d(size * random.Normal(), size * random.Normal(),
                     size * random.Normal());
   };
-  const ForceSpaceParticleFilter dut;
+  const ForceSpaceParticleFilter dut(MakePaperParams());
   ForceSpaceParticleFilterState state = dut.MakeState(3);
   ForceSpaceParticleFilterState expected = dut.MakeState(3);
   int num_free = 0;
@@ -228,7 +177,7 @@ TEST_F(ForceSpaceParticleFilterTest, TurnsWithItsInputs) {
 // of n_p particles added with weight 1/2, against n_p + 1 at the centre with
 // weight 1/4, hence n_p 250 / (250 + 250.25) of the new particles.
 TEST_F(ForceSpaceParticleFilterTest, SharesFollowTheWeights) {
-  ForceSpaceParticleFilterParams params;
+  ForceSpaceParticleFilterParams params = MakePaperParams();
   params.scatter_std = 0;
   params.update_thresholds = {0, 10, 0.001, 0.005};
   params.resampling_thresholds = {0, 10, 0.001, 0.005};
@@ -249,7 +198,7 @@ TEST_F(ForceSpaceParticleFilterTest, SharesFollowTheWeights) {
 
 // The added particles lie at s = (i - 1/2) / n_add between F_m and F_f.
 TEST_F(ForceSpaceParticleFilterTest, AddsAlongTheArcBetweenTheCommands) {
-  ForceSpaceParticleFilterParams params;
+  ForceSpaceParticleFilterParams params = MakePaperParams();
   params.scatter_std = 0;
   const ForceSpaceParticleFilter dut(params);
   state_ = dut.MakeState(0);
@@ -271,7 +220,7 @@ TEST_F(ForceSpaceParticleFilterTest, AddsAlongTheArcBetweenTheCommands) {
 }
 
 TEST_F(ForceSpaceParticleFilterTest, AllWeightsZeroKeepsMovedParticles) {
-  ForceSpaceParticleFilterParams params;
+  ForceSpaceParticleFilterParams params = MakePaperParams();
   params.scatter_std = 0;
   const ForceSpaceParticleFilter dut(params);
   state_ = dut.MakeState(0);
@@ -307,7 +256,7 @@ TEST_F(ForceSpaceParticleFilterTest, BadInputIsRefusedAndCounted) {
 }
 
 TEST_F(ForceSpaceParticleFilterTest, StateOfAnotherFilterIsRefused) {
-  ForceSpaceParticleFilterParams params;
+  ForceSpaceParticleFilterParams params = MakePaperParams();
   params.prior_particles = 51;
   for (const int num_particles : {1000, 500}) {
     params.num_particles = num_particles;
@@ -321,7 +270,7 @@ TEST_F(ForceSpaceParticleFilterTest, StateOfAnotherFilterIsRefused) {
 }
 
 TEST_F(ForceSpaceParticleFilterTest, InvariantsHoldForRandomInputs) {
-  ForceSpaceParticleFilterParams params;
+  ForceSpaceParticleFilterParams params = MakePaperParams();
   params.num_particles = 60;
   params.prior_particles = 5;
   params.scatter_std = 0.3;  // So that three dimensions are met as well.
@@ -373,7 +322,7 @@ TEST_F(ForceSpaceParticleFilterTest, SameSeedSameBitsAndCopyContinues) {
 
 TEST_F(ForceSpaceParticleFilterTest, SameBitsWithEveryInstructionSet) {
   for (const int num_particles : {2, 61, 1000, 1027}) {
-    ForceSpaceParticleFilterParams params;
+    ForceSpaceParticleFilterParams params = MakePaperParams();
     params.num_particles = num_particles;
     std::vector<ForceSpaceParticleFilter> duts;
     std::vector<ForceSpaceParticleFilterState> states;
@@ -462,9 +411,10 @@ TEST(ForceSpaceParticleFilterParamsTest, InstructionSetMustBeAvailable) {
   }
 }
 
-TEST(ForceSpaceParticleFilterParamsTest, DefaultsAreThePaperAndValid) {
+TEST(ForceSpaceParticleFilterParamsTest, DefaultsAreThePapersAndValid) {
   const ForceSpaceParticleFilterParams params;
   EXPECT_EQ(ValidationError(params), "no exception");
+  EXPECT_EQ(params.likelihood, Likelihood::kFrictionCone);  // All but this.
   EXPECT_EQ(params.num_particles, 1000);
   EXPECT_EQ(params.period, 1.0 / 15.0);
   EXPECT_EQ(params.update_thresholds.force_low, 3);
@@ -514,7 +464,17 @@ TEST(ForceSpaceParticleFilterParamsTest, ErrorsNameFieldRangeAndValue) {
       who_thresholds + "`velocity_low` expected a finite value >= 0, got -1");
   EXPECT_EQ(
       error([](Params* p) { p->likelihood = static_cast<Likelihood>(9); }),
-      who + "`likelihood` expected Likelihood::kPaper, got 9");
+      who + "`likelihood` expected one of Likelihood, got 9");
+  EXPECT_EQ(error([](Params* p) { p->prior_std = 4; }),
+            who + "`prior_std` expected a number in (0, pi], got 4");
+  const std::string who_cone = "FrictionConeParams: field ";
+  EXPECT_EQ(error([](Params* p) { p->friction_cone.evidence = 0; }),
+            who_cone + "`evidence` expected a finite value > 0, got 0");
+  EXPECT_EQ(
+      error([](Params* p) { p->friction_cone.loss_force = 0.6; }),
+      who_cone + "`loss_force` expected a value < contact_force, got 0.6");
+  EXPECT_EQ(error([](Params* p) { p->friction_cone.curvature = -1; }),
+            who_cone + "`curvature` expected a finite value >= 0, got -1");
 }
 
 }  // namespace

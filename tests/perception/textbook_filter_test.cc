@@ -76,7 +76,8 @@ Inputs Tour(int update, RandomStream* random) {
 }
 
 TEST(TextbookFilterTest, LongRunsAgree) {
-  const ForceSpaceParticleFilterParams params;
+  ForceSpaceParticleFilterParams params;
+  params.likelihood = Likelihood::kPaper;
   const ForceSpaceParticleFilter dut(params);
   ForceSpaceParticleFilterState state = dut.MakeState(1);
   TextbookFilter textbook(params, 2);
@@ -190,6 +191,7 @@ TEST(TextbookFilterTest, WeightsCountsAndChoicesAgreeExactly) {
 // is all that counts.
 TEST(TextbookFilterTest, NumberOfAddedParticlesAgreesExactly) {
   ForceSpaceParticleFilterParams params;
+  params.likelihood = Likelihood::kPaper;
   params.scatter_std = 0;
   params.update_thresholds = {1, 9, 0.001, 0.001 + 0x1p-7};
   const ForceSpaceParticleFilter dut(params);

@@ -167,7 +167,7 @@ def test_shared_values_are_written_once(plane):
         dut.link.sender,
     ):
         assert params.period == 5e-4
-    assert dut.filter.period == pytest.approx(1 / 15)
+    assert dut.filter.period == 0.01
     assert dut.haptic_proxy.robot_stiffness == 400.0
     assert dut.controller.force_passivity.enabled is False
     assert dut.sensor.tool_mass == 0.3
@@ -318,7 +318,11 @@ def test_unknown_scenarios_are_answered_with_the_known_ones(tmp_path):
 
 
 def test_printed_law_turns_every_improvement_off(plane):
+    assert plane.filter.likelihood == "friction_cone"
+    assert plane.filter.period == 0.01
     dut = plane.with_overrides({"law": "printed"})
+    assert dut.filter.likelihood == "paper"
+    assert dut.filter.period == 1 / 15
     assert dut.robot_proxy.handover == "printed"
     assert dut.robot_proxy.max_motion_error == 0.0
     assert dut.controller.unit_mass_motion_force is False

@@ -131,7 +131,9 @@ TEST(AlgorithmTest, ForceSpaceParticleFilter) {
         if (state.dimension > 0) direction = state.singular_vectors.col(0);
         return Concatenate({Flatten(state.force_selection),
                             VectorXd::Constant(1, state.dimension),
-                            Matrix3Xd(state.particles).reshaped(), direction});
+                            Matrix3Xd(state.particles).reshaped(), direction,
+                            Eigen::Vector2d(state.direction_uncertainty,
+                                            state.dimension_confidence)});
       },
       params.period);
   EXPECT_EQ(state.dimension, 1);
@@ -721,6 +723,8 @@ TEST(GettersTest, ControlAndPerception) {
   EXPECT_OUTPUT(filter, dimension);
   EXPECT_OUTPUT(filter, particles);
   EXPECT_OUTPUT(filter, force_direction);
+  EXPECT_OUTPUT(filter, direction_uncertainty);
+  EXPECT_OUTPUT(filter, dimension_confidence);
   const ContactHistorySystem history;
   EXPECT_INPUT(history, robot_pose);
   EXPECT_INPUT(history, force_selection);

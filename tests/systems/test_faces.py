@@ -359,6 +359,7 @@ def test_history_starts_with_nothing():
 
 def test_filter_starts_without_contact():
     values = start_values("ForceSpaceParticleFilter")
+    assert values.pop("direction_uncertainty") == math.pi / 2
     for name, value in values.items():
         np.testing.assert_array_equal(value, 0, err_msg=name)
 

@@ -1,0 +1,487 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/perception/contact_tracker.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "dual_proxy/perception/force_space_particle_filter.h"
+#include "filter_test_support.h"
+#include "no_alloc.h"
+
+// ContactTracker through ForceSpaceParticleFilter, which owns its particles.
+
+namespace dual_proxy {
+namespace {
+
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+const Vector3d kZero = Vector3d::Zero();
+const Vector3d kDown = -Vector3d::UnitZ();
+const Vector3d kWall = Vector3d::UnitX();
+const Vector3d kAlong = Vector3d::UnitY();
+
+Vector3d DrawVector(double size, RandomStream* random) {
+  Vector3d vector;
+  for (double& value : vector) value = size * random->Normal();
+  return vector;
+}
+
+/** `axis` turned by `deg` towards `to`, which is across it. */
+Vector3d Turned(const Vector3d& axis, const Vector3d& to, double deg) {
+  const double angle = deg * std::numbers::pi / 180;
+  return std::cos(angle) * axis + std::sin(angle) * to;
+}
+
+ForceSpaceParticleFilterParams MakeParams(double rate,
+                                          int num_particles = 1000) {
+  ForceSpaceParticleFilterParams params;
+  params.period = 1 / rate;
+  params.num_particles = num_particles;
+  return params;
+}
+
+/** A filter with sensors that are as noisy as real ones. */
+class Feeler {
+ public:
+  explicit Feeler(double rate = 100, std::uint64_t seed = 1,
+                  double force_noise = 0.2)
+      : dut_(MakeParams(rate)),
+        state_(dut_.MakeState(seed)),
+        random_(seed + 100),
+        force_noise_(force_noise) {}
+
+  const ForceSpaceParticleFilterState& state() const { return state_; }
+  const ContactTrackerState& tracker() const { return state_.tracker; }
+  int dimension() const { return state_.dimension; }
+  Vector3d normal() const { return state_.singular_vectors.col(0); }
+  Vector3d free_axis() const { return state_.singular_vectors.col(2); }
+
+  void Update(const Vector3d& force, const Vector3d& velocity) {
+    const FilterStatus status = dut_.Update(
+        force + DrawVector(force_noise_, &random_),
+        velocity + DrawVector(0.0005, &random_), kZero, kZero, &state_);
+    ASSERT_EQ(status, FilterStatus::kOk);
+    if (state_.updates % 10 == 0) ExpectInvariants(state_);
+  }
+
+  /** For `time` s. */
+  void Feel(const Vector3d& force, const Vector3d& velocity, double time) {
+    const long updates = std::lround(time / dut_.params().period);
+    for (long i = 0; i < updates; ++i) Update(force, velocity);
+  }
+
+  /** Updates until the dimension is `dimension`, or `limit`. */
+  int Count(int dimension, const Vector3d& force, const Vector3d& velocity,
+            int limit = 1000) {
+    for (int i = 1; i <= limit; ++i) {
+      Update(force, velocity);
+      if (state_.dimension == dimension) return i;
+    }
+    return limit;
+  }
+
+  void SetPrior(const Vector3d& normal, double std) {
+    ASSERT_EQ(dut_.SetPrior(normal, std, &state_), FilterStatus::kOk);
+  }
+
+ private:
+  ForceSpaceParticleFilter dut_;
+  ForceSpaceParticleFilterState state_;
+  RandomStream random_;
+  double force_noise_;
+};
+
+/** On a floor, sliding at `velocity` with friction `mu`. */
+Vector3d SlidingForce(double normal_force, double mu,
+                      const Vector3d& velocity) {
+  return normal_force * (kDown + mu * velocity.normalized());
+}
+
+/** What happens to a filter in a few seconds at 100 Hz: free space, contact,
+sliding, a wall, a corner of three, off one, a slip, loss. */
+struct Event {
+  Vector3d force, velocity;
+};
+Event MakeEvent(int update, RandomStream* random) {
+  Event event{DrawVector(0.2, random), DrawVector(0.0005, random)};
+  const Vector3d slide = 0.05 * kAlong;
+  const int phase = update / 60 % 9;
+  if (phase == 0) {
+    event.velocity += Vector3d(0.1, 0.02, -0.03);
+  } else if (phase == 1) {
+    event.force += 6 * kDown;
+  } else if (phase == 2 || phase == 6) {
+    event.force += SlidingForce(6, 0.3, slide);
+    event.velocity += slide;
+  } else if (phase == 3) {
+    event.force += 6 * kDown + 5 * kWall;
+  } else if (phase == 4) {
+    event.force += 6 * kDown + 5 * kWall + 0.3 * 11 * kAlong;
+    event.velocity += slide;
+  } else if (phase == 5) {
+    event.force += 6 * kDown + 5 * kWall + 8 * kAlong;
+  } else if (phase == 7) {
+    event.force += -9 * kDown;
+    event.velocity += 0.3 * kWall;
+  }
+  return event;
+}
+
+TEST(ContactTrackerTest, SameBitsWithEveryInstructionSet) {
+  for (const int num_particles : {2, 3, 61, 1000, 1027}) {
+    std::vector<ForceSpaceParticleFilter> duts;
+    std::vector<ForceSpaceParticleFilterState> states;
+    for (const InstructionSet set : AvailableInstructionSets()) {
+      states.push_back(
+          duts.emplace_back(MakeParams(100, num_particles), set).MakeState(17));
+    }
+    // And once more with the first.
+    duts.push_back(duts.front());
+    states.push_back(states.front());
+    RandomStream random(13);
+    int dimensions[4] = {};
+    for (int i = 0; i < 1080; ++i) {
+      const Event event = MakeEvent(i, &random);
+      for (std::size_t k = 0; k < duts.size(); ++k) {
+        if (i % 540 == 50) duts[k].SetPrior(kDown, &states[k]);
+        duts[k].Update(event.force, event.velocity, kZero, kZero, &states[k]);
+        ExpectSame(states[k], states[0]);
+      }
+      if (i % 7 == 0) ExpectInvariants(states[0]);
+      ASSERT_FALSE(::testing::Test::HasFailure()) << num_particles << " " << i;
+      ++dimensions[states[0].dimension];
+    }
+    for (int d = 0; d < 4; ++d) {
+      EXPECT_GT(dimensions[d], 20) << num_particles << " " << d;
+    }
+  }
+}
+
+TEST(ContactTrackerTest, SeedDecidesAndCopyContinues) {
+  const ForceSpaceParticleFilter dut(MakeParams(100));
+  ForceSpaceParticleFilterState state = dut.MakeState(1);
+  ForceSpaceParticleFilterState other = dut.MakeState(2);
+  for (int i = 0; i < 20; ++i) {
+    dut.Update(6 * kDown, kZero, kZero, kZero, &state);
+    dut.Update(6 * kDown, kZero, kZero, kZero, &other);
+  }
+  EXPECT_NE(state.particles, other.particles);
+  ForceSpaceParticleFilterState copy = state;
+  for (int i = 0; i < 20; ++i) {
+    dut.Update(6 * kDown, 0.05 * kAlong, kZero, kZero, &state);
+    dut.Update(6 * kDown, 0.05 * kAlong, kZero, kZero, &copy);
+  }
+  ExpectSame(state, copy);
+}
+
+TEST(ContactTrackerTest, DoesNotAllocate) {
+  const ForceSpaceParticleFilter dut(MakeParams(100));
+  ForceSpaceParticleFilterState state = dut.MakeState(1);
+  const Matrix3Xd normals = kDown.replicate(1, 8);
+  RandomStream random(4);
+  int largest = 0;
+  {
+    ScopedNoAlloc guard;
+    dut.SetPrior(normals, 0.05, &state);
+    for (int i = 0; i < 1080; ++i) {
+      const Event event = MakeEvent(i, &random);
+      dut.Update(event.force, event.velocity, kZero, kZero, &state);
+      largest = std::max(largest, state.dimension);
+    }
+    EXPECT_EQ(guard.count(), 0);
+  }
+  EXPECT_EQ(largest, 3);
+}
+
+TEST(ContactTrackerTest, InvariantsHoldForRandomInputs) {
+  // From nothing, over what is usual, to what nobody would send.
+  constexpr double kScales[] = {0, 1e-9, 1e-3, 0.01, 1, 5, 20, 1e6, 1e150};
+  for (const int num_particles : {2, 3, 100, 100000}) {
+    const ForceSpaceParticleFilter dut(MakeParams(100, num_particles));
+    ForceSpaceParticleFilterState state = dut.MakeState(9);
+    RandomStream random(11);
+    const auto draw = [&random, &kScales] {
+      return DrawVector(kScales[static_cast<int>(9 * random.Uniform())],
+                        &random);
+    };
+    Vector3d usual = kZero;
+    int dimensions[4] = {};
+    const int num_updates = num_particles == 100000 ? 60 : 20000;
+    for (int i = 0; i < num_updates; ++i) {
+      if (i % 100 == 0) dut.SetPrior(draw(), &state);
+      // Contacts live on forces that stay for a while.
+      if (i % 10 == 0) usual = draw();
+      const Vector3d force = i % 3 == 0 ? draw() : usual;
+      ASSERT_EQ(dut.Update(force, 1e-3 * draw(), draw(), draw(), &state),
+                FilterStatus::kOk);
+      ExpectInvariants(state);
+      if (::testing::Test::HasFailure()) {
+        FAIL() << num_particles << " particles, input " << i;
+      }
+      ++dimensions[state.dimension];
+    }
+    if (num_particles == 100000) continue;
+    for (const int count : dimensions) EXPECT_GT(count, 20) << num_particles;
+  }
+}
+
+TEST(ContactTrackerTest, BadInputIsRefusedAndCounted) {
+  Feeler contact;
+  contact.Feel(6 * kDown, kZero, 0.3);
+  const ForceSpaceParticleFilter dut(MakeParams(100));
+  for (ForceSpaceParticleFilterState before :
+       {dut.MakeState(0), contact.state()}) {
+    ForceSpaceParticleFilterState state = before;
+    for (const double bad :
+         {kNan, kInfinity, -kInfinity, std::numeric_limits<double>::max()}) {
+      for (int argument = 0; argument < 4; ++argument) {
+        Vector3d inputs[4] = {kDown, kZero, kDown, kZero};
+        inputs[argument].y() = bad;
+        EXPECT_EQ(
+            dut.Update(inputs[0], inputs[1], inputs[2], inputs[3], &state),
+            FilterStatus::kBadInput);
+      }
+    }
+    EXPECT_EQ(state.bad_inputs, 16);
+    ExpectSame(state, before);
+  }
+}
+
+// Without contact, nothing that grows with the number of particles is done.
+TEST(ContactTrackerTest, FreeSpaceTouchesNoParticleAndCostsNothing) {
+  const ForceSpaceParticleFilter dut(MakeParams(100, 100000));
+  const ForceSpaceParticleFilterState start = dut.MakeState(0);
+  ForceSpaceParticleFilterState state = start;
+  RandomStream random(3);
+  const auto measure = [&](int updates, const Vector3d& force) {
+    const auto begin = std::chrono::steady_clock::now();
+    for (int i = 0; i < updates; ++i) {
+      dut.Update(force + DrawVector(0.2, &random), 0.1 * kAlong, kZero, kZero,
+                 &state);
+    }
+    return std::chrono::steady_clock::now() - begin;
+  };
+  const auto free = measure(1000, kZero);
+  EXPECT_TRUE(state.particles.isZero(0));
+  ExpectSameStreams(state, start);
+  EXPECT_EQ(state.updates, 1000);
+  EXPECT_EQ(state.direction_uncertainty, std::numbers::pi / 2);
+  // Five in contact take some ms, these a tenth of one.
+  EXPECT_LT(free, measure(5, 6 * kDown));
+  EXPECT_EQ(state.dimension, 1);
+}
+
+TEST(ContactTrackerTest, FindsAndLosesWithinAFewUpdates) {
+  // Without noise: 12 of evidence at (|F| - 0.6 N) / (0.25 N)^2 each, and at
+  // 0.35 N / (0.25 N)^2 against it.
+  const ForceSpaceParticleFilter dut(MakeParams(100));
+  for (const auto& [force, found] : {std::pair(3.0, 1), std::pair(1.0, 2)}) {
+    ForceSpaceParticleFilterState state = dut.MakeState(0);
+    for (int i = 1; i <= found; ++i) {
+      EXPECT_EQ(state.dimension, 0);
+      dut.Update(force * kDown, kZero, kZero, kZero, &state);
+    }
+    EXPECT_EQ(state.dimension, 1);
+    for (int i = 1; i <= 3; ++i) {
+      EXPECT_EQ(state.dimension, 1);
+      dut.Update(kZero, kZero, kZero, kZero, &state);
+    }
+    EXPECT_EQ(state.dimension, 0);
+    EXPECT_TRUE(state.particles.isZero(0));
+  }
+  // With it.
+  int num_late_found = 0;
+  int num_late_lost = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    Feeler strong(100, seed);
+    EXPECT_EQ(strong.Count(1, 3 * kDown, kZero), 1);
+    Feeler weak(100, seed);
+    num_late_found += weak.Count(1, 1 * kDown, kZero) > 3;
+    for (Feeler* feeler : {&strong, &weak}) {
+      feeler->Feel(3 * kDown, kZero, 0.2);
+      const int lost = feeler->Count(0, kZero, kZero);
+      EXPECT_LE(lost, 15);
+      num_late_lost += lost > 6;
+    }
+  }
+  EXPECT_LE(num_late_found, 10);
+  EXPECT_LE(num_late_lost, 20);
+}
+
+TEST(ContactTrackerTest, NoiseIsNoContactInTenMinutes) {
+  for (const double rate : {15.0, 100.0, 200.0, 1000.0}) {
+    const ForceSpaceParticleFilter dut(MakeParams(rate));
+    ForceSpaceParticleFilterState state = dut.MakeState(0);
+    RandomStream random(5);
+    const long updates = std::lround(600 * rate);
+    for (long i = 0; i < updates; ++i) {
+      const Vector3d force = DrawVector(0.2, &random);
+      dut.Update(force, 0.1 * kAlong, kZero, kZero, &state);
+      ASSERT_EQ(state.dimension, 0) << rate << " Hz, update " << i;
+    }
+  }
+}
+
+TEST(ContactTrackerTest, PressingStillStaysWhatItIs) {
+  for (const double force : {3.0, 6.0, 10.0}) {
+    Feeler dut;
+    dut.Feel(force * kDown, kZero, 1);
+    for (int second = 1; second < 300; ++second) {
+      dut.Feel(force * kDown, kZero, 1);
+      ASSERT_EQ(dut.dimension(), 1) << force << " N, " << second << " s";
+      ASSERT_LT(AngleDeg(dut.normal(), kDown), 1)
+          << force << " N, " << second << " s";
+    }
+    EXPECT_GT(dut.normal().dot(kDown), 0);
+    // It is one thing to be precise, another to know it: friction might tilt.
+    EXPECT_GT(dut.state().direction_uncertainty, 0.1);
+  }
+}
+
+TEST(ContactTrackerTest, SlidingTellsTheNormalFromFriction) {
+  for (const double mu : {0.0, 0.1, 0.25, 0.5}) {
+    Feeler dut;
+    dut.Feel(6 * kDown, kZero, 0.2);
+    for (const double side : {1.0, -1.0, 1.0}) {
+      const Vector3d velocity = 0.05 * side * kAlong;
+      dut.Feel(SlidingForce(6, mu, velocity), velocity, 0.3);
+      for (int i = 0; i < 100; ++i) {
+        dut.Update(SlidingForce(6, mu, velocity), velocity);
+        EXPECT_EQ(dut.dimension(), 1);
+        EXPECT_LT(AngleDeg(dut.normal(), kDown), 2) << mu << " " << i;
+      }
+    }
+    EXPECT_NEAR(dut.tracker().friction, mu, 0.1);
+  }
+}
+
+TEST(ContactTrackerTest, NothingThatSlidIsKnownOfFriction) {
+  Feeler dut;
+  dut.Feel(6 * kDown + 1.5 * kAlong, kZero, 2);
+  EXPECT_LT(dut.tracker().friction, 0);
+}
+
+/** On the floor, sliding towards a wall. */
+class WallTest : public ::testing::TestWithParam<double> {
+ protected:
+  WallTest() {
+    dut_.Feel(6 * kDown, kZero, 0.2);
+    dut_.Feel(SlidingForce(6, mu_, towards_), towards_, 1);
+  }
+
+  void SetUp() override {
+    ASSERT_EQ(dut_.dimension(), 1);
+    ASSERT_LT(AngleDeg(dut_.normal(), kDown), 2);
+  }
+
+  /** Presses the floor and the wall, sliding along both. */
+  void SlideAlong(const Vector3d& velocity, double time) {
+    const Vector3d friction = mu_ * 11 * velocity.normalized();
+    dut_.Feel(6 * kDown + 5 * kWall + friction, velocity, time);
+  }
+
+  const double mu_{GetParam()};
+  const Vector3d towards_{0.05 * kWall};
+  const Vector3d along_{0.05 * kAlong};
+  Feeler dut_;
+};
+
+TEST_P(WallTest, IsFoundAndLeft) {
+  EXPECT_LE(dut_.Count(2, 6 * kDown + 5 * kWall, kZero), 10);
+  dut_.Feel(6 * kDown + 5 * kWall, kZero, 0.5);
+  EXPECT_EQ(dut_.dimension(), 2);
+  EXPECT_LT(AngleDeg(dut_.free_axis(), kAlong), 10);
+  SlideAlong(along_, 0.5);
+  EXPECT_EQ(dut_.dimension(), 2);
+  EXPECT_LT(AngleDeg(dut_.free_axis(), kAlong), 2);
+  SlideAlong(-along_, 0.5);
+  EXPECT_EQ(dut_.dimension(), 2);
+  EXPECT_LT(AngleDeg(dut_.free_axis(), kAlong), 2);
+
+  // Off the wall, on along the floor.
+  EXPECT_LE(dut_.Count(1, SlidingForce(6, mu_, -towards_), -towards_), 10);
+  dut_.Feel(SlidingForce(6, mu_, -towards_), -towards_, 0.5);
+  EXPECT_EQ(dut_.dimension(), 1);
+  EXPECT_LT(AngleDeg(dut_.normal(), kDown), 2);
+}
+
+TEST_P(WallTest, ThreeContactsFixTheTool) {
+  dut_.Feel(6 * kDown + 5 * kWall, kZero, 0.5);
+  SlideAlong(along_, 0.5);
+  EXPECT_LE(dut_.Count(3, 6 * kDown + 5 * kWall + 12 * kAlong, kZero), 15);
+  dut_.Feel(6 * kDown + 5 * kWall + 12 * kAlong, kZero, 1);
+  EXPECT_EQ(dut_.dimension(), 3);
+  EXPECT_TRUE(dut_.state().force_selection.isIdentity(0));
+  EXPECT_EQ(dut_.state().direction_uncertainty, 0);
+  // All of it lost at once.
+  EXPECT_LE(dut_.Count(0, kZero, 0.1 * Vector3d::UnitZ()), 10);
+}
+
+INSTANTIATE_TEST_SUITE_P(Friction, WallTest, ::testing::Values(0, 0.15, 0.3),
+                         [](const auto& info) {
+                           return "mu" + std::to_string(static_cast<int>(
+                                             std::lround(100 * info.param)));
+                         });
+
+// Slowly into something soft: the velocity is along the normal all the time.
+TEST(ContactTrackerTest, SlowSinkingIsAContact) {
+  for (const double stiffness : {300.0, 1000.0, 5000.0}) {
+    Feeler dut;
+    const double speed = 0.005;
+    const double time = 8 / (stiffness * speed);  // Until 8 N.
+    const int updates = static_cast<int>(std::lround(100 * time));
+    for (int i = 0; i < updates; ++i) {
+      const double force = 8.0 * i / updates;
+      dut.Update(force * kDown, speed * kDown);
+      if (force > 2.5) {
+        ASSERT_EQ(dut.dimension(), 1) << stiffness << " " << force;
+      }
+    }
+    EXPECT_LT(AngleDeg(dut.normal(), kDown), 3) << stiffness;
+    dut.Feel(8 * kDown, kZero, 0.3);
+    EXPECT_EQ(dut.dimension(), 1);
+    EXPECT_LT(AngleDeg(dut.normal(), kDown), 3) << stiffness;
+  }
+}
+
+// Two contacts whose normals have come close are one.
+TEST(ContactTrackerTest, NearContactsMerge) {
+  const ForceSpaceParticleFilter dut(MakeParams(100));
+  Feeler corner;
+  corner.Feel(6 * kDown, kZero, 0.2);
+  corner.Feel(6 * kDown, 0.05 * kWall, 0.5);
+  corner.Feel(6 * kDown + 5 * kWall, kZero, 0.3);
+  ASSERT_EQ(corner.dimension(), 2);
+  for (const double angle_deg : {9.0, 30.0}) {
+    ForceSpaceParticleFilterState state = corner.state();
+    // The second contact's particles go to where only an angle is between.
+    const Vector3d normals[2] = {kDown, Turned(kDown, kWall, angle_deg)};
+    for (std::size_t i = 0; i < 2; ++i) {
+      for (int k = 0; k < 500; ++k) {
+        const int column = 500 * static_cast<int>(i) + k;
+        state.particles.col(column) = Turned(
+            normals[i], kAlong, 2 * std::sin(static_cast<double>(column)));
+      }
+      state.tracker.contacts[i].normal = normals[i];
+      state.tracker.contacts[i].covariance.setZero();
+    }
+    const Vector3d force = 3 * (normals[0] + normals[1]);
+    dut.Update(force, kZero, kZero, kZero, &state);
+    EXPECT_EQ(state.dimension, angle_deg < 11.4 ? 1 : 2);
+    ExpectInvariants(state);
+  }
+}
+
+}  // namespace
+}  // namespace dual_proxy
