@@ -308,7 +308,7 @@ void ContactTracker::Follow(int index, double other_force,
   const double foreign = std::max(
       0.0, state->unexplained.norm() - CalcUnexplainedLevel(force, *state));
   const double force_variance =
-      params_.force_noise * params_.force_noise + foreign * foreign;
+      params_.force_noise * params_.force_noise + 4 * foreign * foreign;
   SetArray(force - force.dot(other) * other, weights.force);
   SetArray(velocity, weights.velocity);
   SetArray(velocity - velocity.dot(other) * other, weights.sliding);
