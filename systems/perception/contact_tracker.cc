@@ -510,10 +510,13 @@ void ContactTracker::AddFound(const Vector3d& force, const Vector3d& velocity,
 
 void ContactTracker::MergeNear(const ContactParticles& particles,
                                State* state) const noexcept {
+  // Opposite normals are one direction, too: pushed from the other side.
   const double cosine = std::cos(kDistinctAngle);
   for (int i = 0; i < state->count; ++i) {
     for (int j = state->count - 1; j > i; --j) {
-      if (state->contacts[i].normal.dot(state->contacts[j].normal) > cosine) {
+      const TrackedContact& a = state->contacts[i];
+      const TrackedContact& b = state->contacts[j];
+      if (std::abs(a.normal.dot(b.normal)) > cosine) {
         Remove(j, particles, state);
       }
     }
