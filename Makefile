@@ -56,7 +56,7 @@ figures: build  ## Print the tables of README and docs, draw the README's pictur
 	$(BIN)/python benchmarks/filter_choices.py --page docs/filter.md
 
 bench-filter-speed: build  ## Time the particle filter, beside a textbook's
-	$(BIN)/python benchmarks/filter_speed.py
+	$(BIN)/python benchmarks/filter_speed.py --page docs/benchmarks.md
 
 clean:
 	rm -rf build out

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// What an update of the force-space particle filter takes, beside the
-// textbook's (textbook_filter.h), per number of particles and per instruction
-// set. Counters of each case, us per update: mean, median, p99, max; and, as
-// the machine's speed drifts: `yardsticks`, the median over that of a fixed
-// loop which takes turns with the updates, and `textbook`, how many times as
-// many the textbook takes. Run it by benchmarks/filter_speed.py.
+// What an update of the force-space particle filter takes with each likelihood,
+// beside the textbook's (textbook_filter.h: the paper's), per number of
+// particles and per instruction set. Counters of each case, us per update:
+// mean, median, p99, max; and, as the machine's speed drifts: `yardsticks`, the
+// median over that of a fixed loop which takes turns with the updates, and
+// `textbook`, how many times as many the textbook takes. Run it by
+// benchmarks/filter_speed.py.
 
 #include <benchmark/benchmark.h>
 
@@ -48,7 +49,7 @@ const Case kCases[] = {
     {"free", {{0, 0, 0}, {0.05, 0, 0}, {2, 0, 0}, {0, 0, 0}}, false, 100},
     // Pressing and sliding with friction: all particles are on the sphere.
     {"sliding", {{1.5, 0, -8}, {0.05, 0, 0}, {1, 0, 0}, {0, 0, -8}}, true, 1},
-    // As before, and as many particles again are added.
+    // As before, and as many particles again are added by the paper's.
     {"worst", {{0, 15, -15}, {0.05, 0, 0}, {0, 12, 0}, {0, 0, -15}}, true, 1},
 };
 
@@ -141,9 +142,11 @@ void RunTextbook(benchmark::State& state, const Case& situation,
 }
 
 void RunFilter(benchmark::State& state, const Case& situation,
-               int num_particles, InstructionSet instruction_set) {
+               int num_particles, Likelihood likelihood,
+               InstructionSet instruction_set) {
   ForceSpaceParticleFilterParams params;
   params.num_particles = num_particles;
+  params.likelihood = likelihood;
   const ForceSpaceParticleFilter filter(params, instruction_set);
   ForceSpaceParticleFilterState memory = filter.MakeState(1);
   const double cost = Measure(
@@ -165,13 +168,15 @@ void Register(const Case& situation, int num_particles) {
                                situation, num_particles)
       ->UseManualTime()
       ->Unit(benchmark::kMicrosecond);
-  for (const InstructionSet set : AvailableInstructionSets()) {
-    if (num_particles != 1000 && set != FastestInstructionSet()) continue;
-    benchmark::RegisterBenchmark(
-        (std::string(EnumToString(set)) + "/" + where).c_str(), RunFilter,
-        situation, num_particles, set)
-        ->UseManualTime()
-        ->Unit(benchmark::kMicrosecond);
+  for (const auto& [likelihood, name] : EnumStrings<Likelihood>::kValues) {
+    for (const InstructionSet set : AvailableInstructionSets()) {
+      if (num_particles != 1000 && set != FastestInstructionSet()) continue;
+      benchmark::RegisterBenchmark(
+          (std::string(name) + " " + EnumToString(set) + "/" + where).c_str(),
+          RunFilter, situation, num_particles, likelihood, set)
+          ->UseManualTime()
+          ->Unit(benchmark::kMicrosecond);
+    }
   }
 }
 

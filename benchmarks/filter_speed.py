@@ -3,7 +3,7 @@
 """What an update of the force-space particle filter takes, beside a textbook's.
 
 python benchmarks/filter_speed.py [--program PATH] [--out PATH] [--min-time SEC]
-                                  [--cases REGEX]
+                                  [--cases REGEX] [--page docs/benchmarks.md]
 
 Runs filter_benchmark (build it with the C++ tests, where Google Benchmark is
 installed), writes what it reports as JSON and prints a Markdown table: per
@@ -24,6 +24,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+
+from pages import fill_page, markdown_table
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -48,23 +50,29 @@ def run(program: Path, out: Path, min_time: float, cases: str) -> dict[str, Any]
     return report
 
 
-def table(report: dict[str, Any]) -> list[str]:
-    """The report as Markdown lines."""
-    lines = [
-        "| situation | particles | filter | mean us | median | 99 % | max "
-        "| textbook takes |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
-    ]
+HEAD = (
+    "situation",
+    "particles",
+    "filter",
+    "mean us",
+    "median",
+    "99 %",
+    "max",
+    "textbook takes",
+)
+
+
+def table(report: dict[str, Any]) -> str:
+    """The report as Markdown."""
+    rows = []
     for case in report["benchmarks"]:
         kind, situation, particles = case["name"].split("/")[:3]
         times = [
             f"{case[f'{name}_us']:.4g}" for name in ("mean", "median", "p99", "max")
         ]
         ratio = f"{case['textbook']:.1f} x" if "textbook" in case else ""
-        lines.append(
-            f"| {situation} | {particles} | {kind} | {' | '.join(times)} | {ratio} |"
-        )
-    return lines
+        rows.append([situation, particles, kind, *times, ratio])
+    return markdown_table(HEAD, rows)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -75,6 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--out", type=Path, default=ROOT / "out/filter_speed.json")
     parser.add_argument("--min-time", type=float, default=0.5, help="s per case")
+    parser.add_argument("--page", type=Path)
     parser.add_argument("--cases", default=".", help="FILTER/SITUATION/PARTICLES/")
     options = parser.parse_args(arguments)
     if not options.program.exists():
@@ -85,7 +94,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     report = run(options.program, options.out, options.min_time, options.cases)
     context = report["context"]
     print(f"{context['num_cpus']} x {context['mhz_per_cpu']} MHz, {options.out}\n")
-    print("\n".join(table(report)))
+    print(table(report))
+    if options.page:
+        fill_page(options.page, "filter_speed.py", table(report))
 
 
 if __name__ == "__main__":

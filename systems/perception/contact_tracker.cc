@@ -454,7 +454,11 @@ void ContactTracker::AddFound(const Vector3d& force, const Vector3d& velocity,
   Vector3d normal = state->unexplained_impulse.stableNormalized();
   state->evidence = 0;
   int replaced = -1;
-  if (count == 1 && state->contacts[0].conflict > kConflictTime) replaced = 0;
+  // What was just found, at little force or in a bounce, may be off itself.
+  if (count == 1 && (state->contacts[0].conflict > kConflictTime ||
+                     state->settled_time < kSettlingTime)) {
+    replaced = 0;
+  }
   if (count == 2) {
     // Within their plane a third one would be needless.
     const Vector3d axis =
@@ -468,6 +472,7 @@ void ContactTracker::AddFound(const Vector3d& force, const Vector3d& velocity,
     normal = force - (state->sliding > 0.5 ? force.dot(slide) : 0.0) * slide;
     if (!(normal.norm() > 0)) return;
     state->contacts[replaced].conflict = 0;
+    state->contacts[replaced].impulse.setZero();
     Draw(replaced, normal.normalized(), kFirstStd, particles, state);
     return;
   }
