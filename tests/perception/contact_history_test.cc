@@ -488,5 +488,52 @@ INSTANTIATE_TEST_SUITE_P(Likelihoods, TableVisitTest,
                            return EnumToString(info.param);
                          });
 
+// A table that is met again with a force rising by 1 N/s, 100 updates a second.
+TEST_F(ContactHistoryTest, SecondVisitIsFoundEarlier) {
+  ContactHistoryParams params;
+  params.period = 0.01;
+  dut_ = ContactHistory(params);
+  state_ = dut_.MakeState();
+  ForceSpaceParticleFilterParams filter_params;
+  filter_params.period = 0.01;
+  const ForceSpaceParticleFilter filter(filter_params);
+  const Vector3d table = Turned(down_, side_, 10);
+  RandomStream random(5);
+
+  /* The force at which the contact is found, N. */
+  const auto visit = [&](std::uint64_t seed) {
+    ForceSpaceParticleFilterState state = filter.MakeState(seed);
+    double found = 0;
+    for (int i = 0; i < 600; ++i) {
+      const double pressed = i < 300 ? 0.01 * i : 0;
+      const Vector3d position = i < 300 ? here_ : far_;
+      Vector3d force = pressed * table;
+      for (double& f : force) f += 0.2 * random.Normal();
+      const RememberedContacts prior = Lookup(position);
+      filter.SetPrior(prior.normals, prior.std, &state);
+      filter.Update(force, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero(),
+                    &state);
+      const bool is_contact = state.dimension > 0;
+      if (is_contact && found == 0) found = pressed;
+      dut_.UpdateFromSelection(position, state.force_selection,
+                               is_contact
+                                   ? Vector3d(state.singular_vectors.col(0))
+                                   : Vector3d::Zero().eval(),
+                               &state_);
+    }
+    return found;
+  };
+  double first = 0;
+  double second = 0;
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    state_ = dut_.MakeState();
+    first += visit(2 * i) / 20;
+    second += visit(2 * i + 1) / 20;
+  }
+  EXPECT_GT(first, 0.5);
+  EXPECT_LT(second, 0.75 * first);
+  EXPECT_GT(second, 0.2);
+}
+
 }  // namespace
 }  // namespace dual_proxy

@@ -483,5 +483,102 @@ TEST(ContactTrackerTest, NearContactsMerge) {
   }
 }
 
+/** What a prior changes: averages over seeds, of the same noise without and
+with it. */
+struct Comparison {
+  double without{0};
+  double with{0};
+};
+
+constexpr int kNumSeeds = 50;
+
+// Where a contact is expected, less speaks for one. With more noise in fewer or
+// more updates there is less to gain.
+TEST(ContactTrackerPriorTest, RightPriorFindsARisingForceEarlier) {
+  struct Case {
+    double rate, rise, noise, share;
+  };
+  for (const auto& [rate, rise, noise, share] :
+       {Case{100, 0.5, 0.2, 0.7}, Case{100, 1, 0.2, 0.7},
+        Case{100, 4, 0.2, 0.75}, Case{100, 1, 0.05, 0.7}, Case{15, 1, 0.2, 0.8},
+        Case{15, 1, 0.05, 0.7}, Case{500, 1, 0.2, 0.8},
+        Case{500, 1, 0.05, 0.7}}) {
+    Comparison force;
+    for (std::uint64_t seed = 0; seed < kNumSeeds; ++seed) {
+      double found[2] = {};
+      for (int with = 0; with < 2; ++with) {
+        Feeler dut(rate, seed, noise);
+        if (with == 1) dut.SetPrior(Turned(kDown, kAlong, 3), 0.05);
+        while (dut.dimension() == 0 && found[with] < 10) {
+          found[with] += rise / rate;
+          dut.Update(found[with] * kDown, kZero);
+        }
+      }
+      EXPECT_LE(found[1], found[0]) << rate << " Hz, seed " << seed;
+      force.without += found[0] / kNumSeeds;
+      force.with += found[1] / kNumSeeds;
+    }
+    EXPECT_LT(force.with, share * force.without)
+        << rate << " Hz, " << rise << " N/s, " << noise << " N";
+  }
+}
+
+TEST(ContactTrackerPriorTest, PriorAloneIsNoContact) {
+  const ForceSpaceParticleFilter dut(MakeParams(100));
+  ForceSpaceParticleFilterState state = dut.MakeState(0);
+  dut.SetPrior(Eigen::Matrix3d::Identity(), 0.05, &state);
+  RandomStream random(5);
+  for (int i = 0; i < 6000; ++i) {
+    dut.Update(DrawVector(0.15, &random), kZero, kZero, kZero, &state);
+    ASSERT_EQ(state.dimension, 0) << i;
+  }
+}
+
+TEST(ContactTrackerPriorTest, RightPriorSeesThroughFriction) {
+  // Friction of 0.3 tilts the force by 17 deg, and nothing slides.
+  Comparison error;
+  for (std::uint64_t seed = 0; seed < kNumSeeds; ++seed) {
+    for (const bool with : {false, true}) {
+      Feeler dut(100, seed);
+      if (with) dut.SetPrior(kDown, 0.05);
+      dut.Count(1, 6 * kDown + 1.8 * kAlong, kZero);
+      double& sum = with ? error.with : error.without;
+      for (int i = 0; i < 50; ++i) {
+        dut.Update(6 * kDown + 1.8 * kAlong, kZero);
+        sum += AngleDeg(dut.normal(), kDown) / (50 * kNumSeeds);
+      }
+    }
+  }
+  EXPECT_GT(error.without, 14);
+  EXPECT_LT(error.with, 0.5 * error.without);
+}
+
+TEST(ContactTrackerPriorTest, WrongPriorIsOvercome) {
+  for (const double wrong_deg : {30.0, 60.0, 90.0}) {
+    for (const double std : {0.05, 0.1, 0.3}) {
+      for (const double azimuth_deg : {0.0, 90.0, 180.0}) {
+        for (std::uint64_t seed = 0; seed < 5; ++seed) {
+          SCOPED_TRACE(::testing::Message()
+                       << wrong_deg << " deg wrong, std " << std << " rad, at "
+                       << azimuth_deg << ", seed " << seed);
+          const Vector3d side = Turned(kAlong, kWall, azimuth_deg);
+          Feeler still(100, seed);
+          still.SetPrior(Turned(kDown, side, wrong_deg), std);
+          still.Feel(6 * kDown, kZero, 0.3);
+          EXPECT_EQ(still.dimension(), 1);
+          EXPECT_LT(AngleDeg(still.normal(), kDown), 5);
+
+          Feeler slides(100, seed);
+          const Vector3d velocity = 0.05 * kAlong;
+          slides.SetPrior(Turned(kDown, side, wrong_deg), std);
+          slides.Feel(SlidingForce(6, 0.3, velocity), velocity, 0.3);
+          EXPECT_EQ(slides.dimension(), 1);
+          EXPECT_LT(AngleDeg(slides.normal(), kDown), 5);
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dual_proxy

@@ -386,6 +386,40 @@ TEST_F(ForceSpaceParticleFilterTest, PriorAloneIsNoContact) {
   EXPECT_EQ(state_.dimension, 0);
 }
 
+// In 0.3 s. While it presses still, as far as the force excludes the prior.
+TEST_F(ForceSpaceParticleFilterTest, WrongPriorIsOvercome) {
+  for (const double deg : {30.0, 60.0, 90.0}) {
+    state_ = dut_.MakeState(1);
+    slide_.setZero();
+    const double angle = deg * std::numbers::pi / 180;
+    ASSERT_EQ(dut_.SetPrior(std::cos(angle) * down_ + std::sin(angle) * side_,
+                            &state_),
+              FilterStatus::kOk);
+    Press(8 * down_, 8 * down_, zero_, 1);
+    Press(8 * down_, zero_, 8 * down_, 4);
+    EXPECT_EQ(state_.dimension, 1) << deg;
+    EXPECT_LT(AngleDeg(state_.singular_vectors.col(0), down_), 10) << deg;
+    slide_ = 0.05 * side_;
+    Press(8 * down_ + 2 * side_, 2 * side_, 8 * down_, 5);
+    EXPECT_EQ(state_.dimension, 1) << deg;
+    EXPECT_LT(AngleDeg(state_.singular_vectors.col(0), down_), 2) << deg;
+  }
+}
+
+TEST_F(ForceSpaceParticleFilterTest, RightPriorFindsARisingForceEarlier) {
+  double found[2] = {};
+  for (int with = 0; with < 2; ++with) {
+    state_ = dut_.MakeState(1);
+    if (with == 1) dut_.SetPrior(down_, &state_);
+    while (state_.dimension == 0 && found[with] < 20) {
+      found[with] += 1.0 / 15;
+      Press(found[with] * down_, found[with] * down_, zero_, 1);
+    }
+  }
+  EXPECT_LT(found[1], 0.7 * found[0]);
+  EXPECT_GT(found[1], 0.5);
+}
+
 TEST_F(ForceSpaceParticleFilterTest, BadPriorIsRefusedAndGoodOneRemovable) {
   ASSERT_EQ(dut_.SetPrior(down_, &state_), FilterStatus::kOk);
   const ForceSpaceParticleFilterState before = state_;

@@ -371,6 +371,51 @@ def test_prior_finds_what_no_command_points_to():
     assert dut.prior.shape == (3, 0)
 
 
+def test_prior_is_as_sure_as_it_says():
+    """Friction tilts the force by 17 degrees, and nothing slides."""
+
+    def error_deg(std):
+        dut = dp.ForceSpaceParticleFilter(
+            dp.ForceSpaceParticleFilterParams(period=0.01), seed=1
+        )
+        dut.set_prior(DOWN[:, None], std=std)
+        for _ in range(30):
+            dut.update(6 * DOWN + 1.8 * SIDE, ZERO, ZERO, ZERO)
+        assert dut.dimension == 1
+        return np.degrees(np.arccos(dut.singular_vectors[:, 0] @ DOWN))
+
+    errors = [error_deg(std) for std in (0.05, 0.1, 0.3, 3.0)]
+    assert errors == sorted(errors)
+    assert errors[0] < 7
+    assert errors[-1] > 12
+    assert error_deg(None) == errors[1]  # params.prior_std
+
+
+@pytest.mark.parametrize("std", [0.0, -0.1, 4.0, np.nan, np.inf])
+def test_prior_std_out_of_range_changes_nothing(std):
+    dut = dp.ForceSpaceParticleFilter(seed=0)
+    dut.set_prior(DOWN[:, None], std=0.2)
+    with pytest.raises(ValueError, match=r"^std: expected a number in \(0, pi\], got "):
+        dut.set_prior(SIDE[:, None], std=std)
+    np.testing.assert_array_equal(dut.prior, DOWN[:, None])
+
+
+def test_friction_cone_says_how_sure_it_is():
+    dut = dp.ForceSpaceParticleFilter(
+        dp.ForceSpaceParticleFilterParams(period=0.01), seed=1
+    )
+    assert dut.state.direction_uncertainty == np.pi / 2
+    for _ in range(20):
+        assert dut.update(6 * DOWN, ZERO, ZERO, ZERO) == "ok"
+    pressed = dut.state.direction_uncertainty
+    for _ in range(50):
+        dut.update(6 * DOWN + 1.8 * SIDE, 0.05 * SIDE, ZERO, ZERO)
+    assert dut.dimension == 1
+    assert 0 < dut.state.direction_uncertainty < 0.5 * pressed < 0.2
+    assert dut.state.dimension_confidence > 0.95
+    assert dut.singular_vectors[:, 0] @ DOWN > np.cos(np.radians(2))
+
+
 def test_state_can_be_copied_and_put_back():
     dut = dp.ForceSpaceParticleFilter(PAPER, seed=4)
     dut.update(8 * DOWN, ZERO, DOWN, ZERO)
