@@ -144,6 +144,7 @@ void RunFilter(benchmark::State& state, const Case& situation,
                int num_particles, InstructionSet instruction_set) {
   ForceSpaceParticleFilterParams params;
   params.num_particles = num_particles;
+  params.likelihood = Likelihood::kPaper;  // Which the textbook's is.
   const ForceSpaceParticleFilter filter(params, instruction_set);
   ForceSpaceParticleFilterState memory = filter.MakeState(1);
   const double cost = Measure(
