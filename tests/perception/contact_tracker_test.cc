@@ -483,6 +483,46 @@ TEST(ContactTrackerTest, NearContactsMerge) {
   }
 }
 
+// An edge: at once the normal is another one, and the tool moves along the old.
+// Both are believed for no longer than it takes to find a contact.
+TEST(ContactTrackerTest, NormalThatJumpsTakesThePlaceOfTheOld) {
+  const double mu = 0.2;
+  for (const double angle_deg : {45.0, 60.0, 80.0}) {
+    Feeler dut;
+    dut.Feel(6 * kDown, kZero, 0.2);
+    const Vector3d before = 0.05 * kWall;
+    dut.Feel(SlidingForce(6, mu, before), before, 0.5);
+    const Vector3d normal = Turned(kDown, kWall, -angle_deg);
+    const Vector3d after = 0.05 * Turned(kWall, kDown, angle_deg);
+    int num_two = 0;
+    for (int i = 0; i < 50; ++i) {
+      dut.Update(6 * (normal + mu * after.normalized()), after);
+      num_two += dut.dimension() == 2;
+    }
+    EXPECT_EQ(dut.dimension(), 1) << angle_deg;
+    EXPECT_LT(AngleDeg(dut.normal(), normal), 3) << angle_deg;
+    EXPECT_LE(num_two, 10) << angle_deg;
+  }
+}
+
+// The covariance of one particle is zero but for the rounding.
+TEST(ContactTrackerTest, UncertaintyOfOneParticleIsZero) {
+  for (const double rounding : {1e-17, -1e-17}) {
+    ContactTrackerState state;
+    state.count = 1;
+    state.contacts[0].normal = kDown;
+    state.contacts[1].normal = kWall;
+    for (int i = 0; i < 2; ++i) {
+      TrackedContact& contact = state.contacts[static_cast<std::size_t>(i)];
+      contact.covariance = rounding * Eigen::Matrix3d::Identity();
+      contact.slid = 1;
+    }
+    EXPECT_NEAR(ContactTracker::CalcDirectionUncertainty(state), 0, 1e-7);
+    state.count = 2;
+    EXPECT_NEAR(ContactTracker::CalcDirectionUncertainty(state), 0, 1e-7);
+  }
+}
+
 /** What a prior changes: averages over seeds, of the same noise without and
 with it. */
 struct Comparison {
@@ -577,6 +617,21 @@ TEST(ContactTrackerPriorTest, WrongPriorIsOvercome) {
         }
       }
     }
+  }
+}
+
+// As far off as friction tilts a force, pressing still cannot tell which of the
+// two is wrong; a prior counts less and less then, and sliding decides.
+TEST(ContactTrackerPriorTest, PriorAtTheEdgeOfWhatMayBeIsDoubted) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    Feeler dut(100, seed, 0.05);
+    dut.SetPrior(Turned(kDown, kWall, 17.5), 0.05);
+    dut.Count(1, 10 * kDown, kZero);
+    EXPECT_GT(AngleDeg(dut.normal(), kDown), 14);
+    dut.Feel(10 * kDown, kZero, 0.5);
+    EXPECT_LT(AngleDeg(dut.normal(), kDown), 13);
+    dut.Feel(SlidingForce(10, 0.3, kAlong), 0.05 * kAlong, 0.3);
+    EXPECT_LT(AngleDeg(dut.normal(), kDown), 3);
   }
 }
 
