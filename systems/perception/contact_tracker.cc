@@ -57,9 +57,6 @@ double CalcTilt2(const TrackedContact& contact, double tilt) noexcept {
   return contact.slid < kSettledSlide ? tilt * tilt : 0;
 }
 
-/** What the velocity along a normal may be though the tool is in contact. */
-double CalcSpeedTolerance(double speed) noexcept { return 0.005 + 0.1 * speed; }
-
 MutableParticleList Skip(const MutableParticleList& list, int count) noexcept {
   return list.Skip(count);
 }
@@ -365,10 +362,6 @@ void ContactTracker::NoteMotion(const Vector3d& velocity,
   for (int i = 0; i < state->count; ++i) {
     TrackedContact& contact = state->contacts[i];
     if (is_clear) contact.slid += state->sliding * speed * period_;
-    const double excess =
-        std::abs(velocity.dot(contact.normal)) / CalcSpeedTolerance(speed) - 1;
-    contact.conflict = std::max(
-        0.0, contact.conflict + std::clamp(excess, -1.0, 1.0) * period_);
   }
 }
 
@@ -455,10 +448,7 @@ void ContactTracker::AddFound(const Vector3d& force, const Vector3d& velocity,
   state->evidence = 0;
   int replaced = -1;
   // What was just found, at little force or in a bounce, may be off itself.
-  if (count == 1 && (state->contacts[0].conflict > kConflictTime ||
-                     state->settled_time < kSettlingTime)) {
-    replaced = 0;
-  }
+  if (count == 1 && state->settled_time < kSettlingTime) replaced = 0;
   if (count == 2) {
     // Within their plane a third one would be needless.
     const Vector3d axis =
@@ -471,7 +461,6 @@ void ContactTracker::AddFound(const Vector3d& force, const Vector3d& velocity,
     const Vector3d slide = velocity.stableNormalized();
     normal = force - (state->sliding > 0.5 ? force.dot(slide) : 0.0) * slide;
     if (!(normal.norm() > 0)) return;
-    state->contacts[replaced].conflict = 0;
     state->contacts[replaced].impulse.setZero();
     Draw(replaced, normal.normalized(), kFirstStd, particles, state);
     return;

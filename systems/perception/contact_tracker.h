@@ -76,8 +76,6 @@ struct TrackedContact {
   double slid{0};
   /** The evidence against it. */
   double loss{0};
-  /** s: for how long the velocity has been contradicting it. */
-  double conflict{0};
   /** In B: an expected normal over its variance (rad^2), or zero. */
   Eigen::Vector3d prior{Eigen::Vector3d::Zero()};
 };

@@ -27,7 +27,6 @@ inline void ExpectSame(const TrackedContact& a, const TrackedContact& b) {
   EXPECT_EQ(a.impulse, b.impulse);
   EXPECT_EQ(a.slid, b.slid);
   EXPECT_EQ(a.loss, b.loss);
-  EXPECT_EQ(a.conflict, b.conflict);
   EXPECT_EQ(a.prior, b.prior);
 }
 
