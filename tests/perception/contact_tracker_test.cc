@@ -283,8 +283,8 @@ TEST(ContactTrackerTest, FreeSpaceTouchesNoParticleAndCostsNothing) {
 }
 
 TEST(ContactTrackerTest, FindsAndLosesWithinAFewUpdates) {
-  // Without noise: 12 of evidence at (|F| - 0.6 N) / (0.25 N)^2 each, and at
-  // 0.35 N / (0.25 N)^2 against it.
+  // Without noise: 9 of evidence at (|F| - 0.6 N) / (0.25 N)^2 each, and at
+  // 0.45 N / (0.25 N)^2 against it.
   const ForceSpaceParticleFilter dut(MakeParams(100));
   for (const auto& [force, found] : {std::pair(3.0, 1), std::pair(1.0, 2)}) {
     ForceSpaceParticleFilterState state = dut.MakeState(0);
@@ -293,7 +293,7 @@ TEST(ContactTrackerTest, FindsAndLosesWithinAFewUpdates) {
       dut.Update(force * kDown, kZero, kZero, kZero, &state);
     }
     EXPECT_EQ(state.dimension, 1);
-    for (int i = 1; i <= 3; ++i) {
+    for (int i = 1; i <= 2; ++i) {
       EXPECT_EQ(state.dimension, 1);
       dut.Update(kZero, kZero, kZero, kZero, &state);
     }
