@@ -15,8 +15,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// What is not worth a parameter: none of it was chosen finely, and none of the
-// sequences that it was chosen on depends on it much.
+// What depends on neither sensor nor surface. Chosen on simulated trials and
+// recordings; kSlack weighs finding a second wall against inventing one.
 constexpr double kSmoothingTime = 0.03;    // s: of the force, for its rate.
 constexpr double kFrictionTime = 0.1;      // s: over which mu is learned.
 constexpr double kImpulseTime = 0.02;      // s: to the mean force, sticking.

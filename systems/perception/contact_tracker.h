@@ -83,8 +83,8 @@ struct TrackedContact {
 /** What ContactTracker remembers beside the particles. */
 struct ContactTrackerState {
   /** The first `count` are contacts, none within 0.2 rad of another's normal or
-  of its opposite. Particles
-  n i / count to n (i + 1) / count are those of contact i. */
+  of its opposite. Particles n i / count to n (i + 1) / count are those of
+  contact i. */
   std::array<TrackedContact, 3> contacts;
   int count{0};
   /** N, in B: what these contacts and friction cannot explain. */
