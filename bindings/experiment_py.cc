@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <exception>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -13,6 +17,7 @@
 #include "dual_proxy/experiment/metrics.h"
 #include "dual_proxy/experiment/recording.h"
 #include "dual_proxy/experiment/rotation_truth.h"
+#include "dual_proxy/experiment/run_log_store.h"
 #include "params.h"
 
 // dual_proxy.metrics and dual_proxy.recording are the typed faces of what is
@@ -24,16 +29,37 @@ namespace {
 
 /** Rows of three, as numpy keeps them. */
 using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
-/** Name and number of columns of each signal, side by side. */
-using Signals = std::vector<std::pair<std::string, int>>;
+/** Name and values, (n,) or (n, size), of each signal. */
+using Signals = std::vector<std::pair<std::string, py::array>>;
 
-RunLog MakeRunLog(Eigen::VectorXd time, Eigen::MatrixXd values,
-                  const Signals& signals) {
-  RunLog log{std::move(time), {}, std::move(values)};
-  int start = 0;
-  for (const auto& [name, size] : signals) {
-    log.signals.push_back({name, start, size});
-    start += size;
+/** Looks at the arrays where they are, if they hold doubles column by column;
+others are copied. `store` is what they are in, or null. */
+RunLog MakeRunLog(Eigen::VectorXd time, const Signals& signals,
+                  const RunLogStore* store) {
+  using Columns = py::array_t<double, py::array::f_style>;
+  const auto copies = std::make_shared<std::vector<Columns>>();
+  RunLog log;
+  log.time = std::move(time);
+  log.storage = copies;
+  if (store) log.release = [store] { store->Release(); };
+  for (const auto& [name, array] : signals) {
+    py::array values = array;
+    if (!py::isinstance<py::array_t<double>>(values) || values.ndim() < 1 ||
+        values.strides(0) != sizeof(double)) {
+      values = copies->emplace_back(Columns::ensure(values));
+    }
+    if (!values || values.ndim() < 1 || values.ndim() > 2) {
+      throw std::invalid_argument("RunLog: signal `" + name +
+                                  "` expected shape (n,) or (n, size)");
+    }
+    const py::ssize_t size = values.ndim() == 2 ? values.shape(1) : 1;
+    const py::ssize_t stride =
+        values.ndim() == 2 ? values.strides(1) / py::ssize_t{sizeof(double)}
+                           : values.shape(0);
+    log.signals.push_back(
+        {name, RunLog::Values<>(static_cast<const double*>(values.data()),
+                                values.shape(0), size,
+                                Eigen::OuterStride<>(stride))});
   }
   log.Validate();
   return log;
@@ -71,26 +97,26 @@ void BindMetrics(py::module_& m) {
       "The same of those of the angular filter.");
   m.def(
       "_compute_metrics",
-      [](Eigen::VectorXd time, Eigen::MatrixXd values, const Signals& signals,
+      [](Eigen::VectorXd time, const Signals& signals, const RunLogStore* store,
          const WorkspaceMapParams& map, double delay, bool has_filter,
          std::optional<double> wall_s) {
-        return ComputeMetrics(
-            MakeRunLog(std::move(time), std::move(values), signals),
-            {map, delay, has_filter}, wall_s);
+        return ComputeMetrics(MakeRunLog(std::move(time), signals, store),
+                              {map, delay, has_filter}, wall_s);
       },
-      py::arg("time"), py::arg("values"), py::arg("signals"), py::arg("map"),
+      py::arg("time"), py::arg("signals"), py::arg("store"), py::arg("map"),
       py::arg("delay"), py::arg("has_filter"), py::arg("wall_s"),
       "[(key, value)] of every metric, in order.\n\n"
-      "time: (n,), s. values: (n, m). signals: [(name, number of columns)].");
+      "time: (n,), s. signals: [(name, (n,) or (n, size))]. store: what they "
+      "are in, or None.");
   m.def("_metrics_json", &MetricsJson, py::arg("metrics"),
         "The text of metrics.json for [(key, value)].");
   m.def(
       "_normal_error_deg",
-      [](Eigen::VectorXd time, Eigen::MatrixXd values, const Signals& signals) {
-        return CalcNormalErrorDeg(
-            MakeRunLog(std::move(time), std::move(values), signals));
+      [](Eigen::VectorXd time, const Signals& signals,
+         const RunLogStore* store) {
+        return CalcNormalErrorDeg(MakeRunLog(std::move(time), signals, store));
       },
-      py::arg("time"), py::arg("values"), py::arg("signals"),
+      py::arg("time"), py::arg("signals"), py::arg("store"),
       "(n,), deg; the arguments are those of `_compute_metrics`.");
   m.def(
       "_map_device_positions",
@@ -98,6 +124,65 @@ void BindMetrics(py::module_& m) {
         return MapDevicePositions(map, x_D);
       },
       py::arg("map"), py::arg("x_D"), "(n, 3), m, from D to B.");
+}
+
+/** An array over what a store holds, which keeps the store. */
+template <typename Values>
+py::array StoreArray(const py::object& store, const Values& values) {
+  const std::vector<py::ssize_t> shape{values.rows(), values.cols()};
+  const std::vector<py::ssize_t> strides{
+      sizeof(double), py::ssize_t{sizeof(double)} * values.outerStride()};
+  py::array array(py::dtype::of<double>(), shape, strides, values.data(),
+                  store);
+  array.attr("setflags")(py::arg("write") = false);
+  return array;
+}
+
+void BindRunLogStore(py::module_& m) {
+  py::register_local_exception_translator([](std::exception_ptr pointer) {
+    try {
+      if (pointer) std::rethrow_exception(pointer);
+    } catch (const std::system_error& error) {
+      const int code = error.code().value();
+      const std::string what = error.what();
+      // As the operating system's errors are in Python: OSError, number first.
+      const py::tuple arguments = py::make_tuple(code, what);
+      PyErr_SetObject(PyExc_OSError, arguments.ptr());
+    }
+  });
+  py::class_<RunLogStore>(
+      m, "_RunLogStore",
+      "Takes the rows of a log while they are made; see the C++ header.")
+      .def(py::init<int, Eigen::Index>(), py::arg("num_columns"),
+           py::arg("capacity"))
+      .def(
+          "append",
+          [](RunLogStore& self, const Eigen::Ref<const Eigen::VectorXd>& times,
+             const Eigen::Ref<const Eigen::MatrixXd>& samples) {
+            self.Append(times, samples);
+          },
+          py::arg("times"), py::arg("samples"),
+          "times: (n,), s. samples: (num_columns, n).")
+      .def("release", &RunLogStore::Release,
+           "Gives back the memory that a file's rows occupy after they were "
+           "read.")
+      .def_property_readonly("num_rows", &RunLogStore::num_rows)
+      .def_property_readonly("last_time", &RunLogStore::last_time,
+                             "Of the last row, s; 0 before the first.")
+      .def_property_readonly(
+          "time",
+          [](const py::object& self) {
+            return StoreArray(self, self.cast<const RunLogStore&>().time())
+                .attr("reshape")(-1);
+          },
+          "(num_rows,), s; a view.")
+      .def_property_readonly(
+          "values",
+          [](const py::object& self) {
+            const auto& store = self.cast<const RunLogStore&>();
+            return StoreArray(self, store.columns(0, store.num_columns()));
+          },
+          "(num_rows, num_columns); a view.");
 }
 
 void BindRecording(py::module_& m) {
@@ -156,6 +241,7 @@ void BindRotationTruth(py::module_& m) {
 
 void BindExperiment(py::module_& m) {
   BindRotationTruth(m);
+  BindRunLogStore(m);
   BindMetrics(m);
   BindRecording(m);
 }

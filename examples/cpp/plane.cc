@@ -2,6 +2,7 @@
 // Runs a scenario natively and writes metrics.json, as `dual-proxy run` does:
 //
 //     plane examples/scenarios/plane.yaml OUT_DIR [DELAY_S]
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <filesystem>
@@ -30,13 +31,20 @@ void Run(const std::string& scenario_path, const std::string& out_dir,
   drake::systems::Simulator<double> simulator(*diagram);
   simulator.Initialize();
 
+  const double end = scenario.CalcRunDuration();
+  const auto log = MakeRunLogStore(station, end);
+
   const auto begin = std::chrono::steady_clock::now();
-  simulator.AdvanceTo(scenario.CalcRunDuration());
+  for (double time = 0; time < end;) {
+    time = std::min(time + 1.0, end);
+    simulator.AdvanceTo(time);
+    MoveLog(station, &simulator.get_mutable_context(), log.get());
+  }
   const std::chrono::duration<double> wall =
       std::chrono::steady_clock::now() - begin;
 
   const dual_proxy::Metrics metrics =
-      dual_proxy::ComputeMetrics(MakeRunLog(station, simulator.get_context()),
+      dual_proxy::ComputeMetrics(MakeRunLog(log, station.signals),
                                  MakeMetricsParams(scenario), wall.count());
   std::filesystem::create_directories(out_dir);
   std::ofstream file(out_dir + "/metrics.json");

@@ -2,21 +2,35 @@
 """The command `dual-proxy`.
 
 Exit status: 0 done, 2 bad usage or scenario (one clear line), 3 the run failed
-(what was logged until then is saved).
+(what was logged until then is saved) or could not be saved. Ctrl-C, SIGTERM and
+SIGHUP end a run early: it has failed, and is saved. A reader of what is printed
+may go away (`| head -1`); the run goes on.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib.metadata
+import os
+import re
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
-from dual_proxy.run import Run, RunError, run
-from dual_proxy.scenario import SCHEMES, ScenarioError, list_scenarios, load_scenario
+from dual_proxy.run import Run, RunError, change_scenario, run
+from dual_proxy.run_folder import RunFolder
+from dual_proxy.scenario import (
+    SCHEMES,
+    Scenario,
+    ScenarioError,
+    list_scenarios,
+    load_scenario,
+)
 from dual_proxy.settings import parse_yaml
 
 __all__ = ["main"]
@@ -51,8 +65,104 @@ class _Version(argparse.Action):
         parser.exit()
 
 
+class _Stream:
+    """Standard output or error, which may be closed or end before we do."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+        self._ended = stream is None
+        self.error: OSError | None = None
+        """Why it ended, unless its reader just went away."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def isatty(self) -> bool:
+        return not self._ended and bool(self._stream.isatty())
+
+    def write(self, text: str) -> int:
+        if not self._ended:
+            try:
+                self._stream.write(text)
+            except OSError as error:
+                self._end(error)
+        return len(text)
+
+    def flush(self) -> None:
+        if not self._ended:
+            try:
+                self._stream.flush()
+            except OSError as error:
+                self._end(error)
+
+    def _end(self, error: OSError) -> None:
+        self._ended = True
+        if not isinstance(error, BrokenPipeError):
+            self.error = error
+        # What is left in its buffer is written at exit, to where it can be.
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self._stream.fileno())
+        os.close(nowhere)
+
+
+class _Interrupts:
+    """Notes Ctrl-C, SIGTERM and SIGHUP while a run goes on or is saved.
+
+    The run ends between two steps, where nothing is half done. The second Ctrl-C
+    ends the saving, too; SIGTERM may come twice (`timeout` sends it so).
+    """
+
+    def __init__(self) -> None:
+        self._reason = ""
+
+    def note(self, number: int, _: Any) -> None:
+        if number == signal.SIGINT and self._reason:
+            raise KeyboardInterrupt
+        self._reason = "interrupted" if number == signal.SIGINT else "terminated"
+
+    def check(self) -> None:
+        if self._reason:
+            raise KeyboardInterrupt(self._reason)
+
+
+def _terminate(*_: Any) -> NoReturn:
+    raise KeyboardInterrupt("terminated")
+
+
+@contextlib.contextmanager
+def _handling(handlers: dict[signal.Signals, Any]) -> Iterator[None]:
+    """Handle signals, unless the caller wants them to be ignored (`nohup`)."""
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        for number, handler in handlers.items():
+            if signal.getsignal(number) != signal.SIG_IGN:
+                before[number] = signal.signal(number, handler)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return its exit status."""
+    out, err = _Stream(sys.stdout), _Stream(sys.stderr)
+    with (
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+        _handling({signal.SIGTERM: _terminate, signal.SIGHUP: _terminate}),
+    ):
+        try:
+            status = _main(arguments)
+        finally:
+            out.flush()
+            err.flush()
+        if out.error is not None and status == 0:
+            status = _fail(f"standard output: {out.error.strerror}", _RUN_FAILED)
+        return status
+
+
+def _main(arguments: Sequence[str] | None) -> int:
     options = _parser().parse_args(arguments)
     try:
         if options.command == "list":
@@ -60,9 +170,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if options.command == "bench":
             return _bench_filter(options)
         return _run(options)
-    except ScenarioError as error:
-        print(f"dual-proxy: error: {error}", file=sys.stderr)
-        return _BAD_INPUT
+    except (ScenarioError, ImportError) as error:
+        return _fail(_describe(error), _BAD_INPUT)
+    except (OSError, MemoryError, KeyboardInterrupt) as error:
+        return _fail(_describe(error), _RUN_FAILED)
+
+
+def _fail(message: str, status: int) -> int:
+    print(f"dual-proxy: error: {message}", file=sys.stderr)
+    return status
+
+
+def _describe(error: BaseException) -> str:
+    """What an error says, in one line."""
+    text = " ".join(str(error).split())
+    if isinstance(error, OSError) and error.strerror:
+        where = f"{error.filename}: " if error.filename else ""
+        return f"{where}{error.strerror}"
+    if isinstance(error, ImportError):
+        return f"{error.name or 'a module'} cannot be loaded: {text}"
+    if isinstance(error, KeyboardInterrupt):
+        return text or "interrupted"
+    if isinstance(error, MemoryError):
+        return "out of memory"
+    return text or type(error).__name__
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -106,7 +237,8 @@ def _parser() -> argparse.ArgumentParser:
         "--out",
         type=Path,
         metavar="DIR",
-        help="where to save (default: out/SCENARIO-SCHEME-DELAYms)",
+        help="where to save, in place of an earlier run's files (default: a new"
+        " folder out/SCENARIO-SCHEME-DELAYms, with -2, -3... if there is one)",
     )
     _add_bench(commands)
     return parser
@@ -155,39 +287,94 @@ def _list() -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    scenario = load_scenario(options.scenario)
-    overrides = dict(map(_setting, options.settings))
-    if options.out is not None:
-        _make_directory(options.out)  # Before the run, not after it.
+    scenario = change_scenario(
+        options.scenario,
+        scheme=options.scheme,
+        delay=options.delay,
+        duration=options.duration,
+        seed=options.seed,
+        recording=options.recording,
+        overrides=dict(map(_setting, options.settings)),
+    )
+    interrupts = _Interrupts()
+    noted = dict.fromkeys(
+        (signal.SIGINT, signal.SIGTERM, signal.SIGHUP), interrupts.note
+    )
+    with _handling(noted), _open_folder(options.out, scenario) as folder:
+        result, failure = _simulate(scenario, options, interrupts)
+        failure = failure or _fault(result)
+        _print_metrics(result)
+        not_saved = _save(result, folder, options.mcap)
+    if failure or not_saved:
+        return _fail("; ".join(filter(None, (failure, not_saved))), _RUN_FAILED)
+    return 0
+
+
+def _open_folder(chosen: Path | None, scenario: Scenario) -> RunFolder:
+    """Open the folder to save in, before the run, not after it."""
+    try:
+        if chosen is not None:
+            return RunFolder(chosen)
+        name = f"{scenario.name}-{scenario.scheme}-{scenario.link.delay * 1e3:g}ms"
+        return RunFolder.numbered(Path("out") / re.sub(r"[^\w.+-]", "_", name))
+    except OSError as error:
+        raise ScenarioError(f"--out {_describe(error)}") from None
+
+
+def _simulate(
+    scenario: Scenario, options: argparse.Namespace, interrupts: _Interrupts
+) -> tuple[Run, str]:
+    """Return the run, and why it ended early."""
     show = sys.stderr.isatty()
+    report = _print_progress if show else _TenthsPrinter()
+
+    def progress(now: float, end: float) -> None:
+        report(now, end)
+        if now < end:
+            interrupts.check()
+
     failure = ""
     try:
         result = run(
             scenario,
-            scheme=options.scheme,
-            delay=options.delay,
-            duration=options.duration,
-            seed=options.seed,
-            recording=options.recording,
-            overrides=overrides,
             meshcat=options.meshcat,
             realtime=options.realtime,
-            progress=_print_progress if show else _TenthsPrinter(),
+            progress=progress,
         )
     except RunError as error:
         result, failure = error.run, str(error)
-    if show:
-        print(file=sys.stderr)
-    if not failure and not result.metrics["finite"]:
-        failure = "the log holds values that are not finite"
-    directory = options.out or Path("out") / _directory_name(result)
-    report = result.save(directory, mcap=options.mcap)
-    _print_metrics(result)
-    print(f"\nreport: {report}")
-    if failure:
-        print(f"dual-proxy: error: {failure}", file=sys.stderr)
-        return _RUN_FAILED
-    return 0
+    except OSError as error:
+        raise ScenarioError(_describe(error)) from None
+    finally:
+        if show:
+            print(file=sys.stderr)
+    return result, failure
+
+
+def _fault(result: Run) -> str:
+    """What makes a finished run a failed one; empty if nothing does."""
+    if not result.metrics["finite"]:
+        return "the log holds values that are not finite"
+    return ""
+
+
+def _save(result: Run, folder: RunFolder, mcap: bool) -> str:
+    """Save what can be saved; return what could not be, and why."""
+    try:
+        print(f"\nreport: {result.save(folder, mcap)}")
+        return ""
+    except KeyboardInterrupt:
+        return f"interrupted while saving; nothing was saved in {folder.path}"
+    except Exception as error:
+        reason = _describe(error)
+    try:
+        result.save(folder, pages=False)
+    except (Exception, KeyboardInterrupt):
+        return f"nothing was saved in {folder.path}: {reason}"
+    return (
+        f"report.html and replay.html were not saved, only metrics.json, "
+        f"scenario.yaml and log.npz in {folder.path}: {reason}"
+    )
 
 
 def _setting(text: str) -> tuple[str, Any]:
@@ -201,12 +388,7 @@ def _make_directory(directory: Path) -> None:
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ScenarioError(f"--out {directory}: {error.strerror}") from None
-
-
-def _directory_name(result: Run) -> str:
-    scenario = result.scenario
-    return f"{scenario.name}-{scenario.scheme}-{scenario.link.delay * 1e3:g}ms"
+        raise ScenarioError(f"--out {_describe(error)}") from None
 
 
 def _print_progress(now: float, end: float) -> None:

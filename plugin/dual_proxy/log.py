@@ -9,17 +9,19 @@ filter those in `ANGULAR_SIGNALS`: `robot_position_x`, `torque_0`,
 
 from __future__ import annotations
 
-import io
+import contextlib
 import json
 import os
 import zipfile
-from collections.abc import Container, Mapping
+from collections.abc import Container, Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
+
+from dual_proxy import _core
 
 __all__ = [
     "ANGULAR_SIGNALS",
@@ -27,7 +29,9 @@ __all__ = [
     "Signal",
     "column_names",
     "load_log",
+    "log_store",
     "make_frame",
+    "release",
     "replace_file",
     "save_log",
     "signal",
@@ -129,6 +133,10 @@ _ALL_SIGNALS = SIGNALS | ANGULAR_SIGNALS
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
+# Rows that are turned into text at a time.
+_MCAP_BLOCK = 1000
+
+
 def signals(names: Container[str]) -> list[str]:
     """Return the signals of a log with these signals or columns, in order.
 
@@ -150,7 +158,8 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
     time : (n,), s, strictly increasing
     values : Mapping[str, ArrayLike]
         Every signal of `SIGNALS`, and all or none of `ANGULAR_SIGNALS`, each
-        (n, components), (n, 3, 3) for a matrix or (n,) for a scalar.
+        (n, components), (n, 3, 3) for a matrix or (n,) for a scalar. Arrays of
+        the right type are not copied.
 
     Raises
     ------
@@ -178,32 +187,81 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
         table = array.reshape(len(times), width)
         for index, column in enumerate(column_names(name)):
             columns[column] = table[:, index]
-    return pd.DataFrame(columns, index=pd.Index(times, name="time"))
+    return pd.DataFrame(columns, index=pd.Index(times, name="time"), copy=False)
 
 
 def signal(frame: pd.DataFrame, name: str) -> NDArray[Any]:
-    """Return a signal of a log: (n,) for a scalar, else (n, components)."""
-    table = frame[column_names(name)].to_numpy()
-    return table[:, 0] if _ALL_SIGNALS[name].components == _SCALAR else table
+    """Return a signal of a log: (n,) for a scalar, else (n, components).
+
+    It is a view, not to be written to, where the log has its columns side by
+    side, as after a run; else a copy.
+    """
+    columns = [frame[column].to_numpy() for column in column_names(name)]
+    if _ALL_SIGNALS[name].components == _SCALAR:
+        return columns[0]
+    first = columns[0]
+    places = [column.__array_interface__["data"][0] for column in columns]
+    spacing = places[1] - places[0]
+    if (
+        all(column.strides == first.strides for column in columns)
+        and all(column.dtype == first.dtype for column in columns)
+        and all(_owner(column) is _owner(first) for column in columns)
+        and places == [places[0] + i * spacing for i in range(len(places))]
+    ):
+        return np.lib.stride_tricks.as_strided(
+            first, (len(first), len(columns)), (*first.strides, spacing), writeable=False
+        )
+    return np.column_stack(columns)
+
+
+def release(frame: pd.DataFrame) -> None:
+    """Give back the memory that a log on disk occupies after it was read.
+
+    It is read again where it is needed; a log in memory stays there.
+    """
+    store = log_store(frame)
+    if store is not None:
+        store.release()
+
+
+def log_store(frame: pd.DataFrame) -> _core._RunLogStore | None:
+    """Return what the log of a run is in, None for other logs."""
+    owner = _owner(frame[frame.columns[0]].to_numpy())
+    return owner if isinstance(owner, _core._RunLogStore) else None
+
+
+def _owner(array: NDArray[Any]) -> object:
+    """Return what the values of an array are in."""
+    while isinstance(array, np.ndarray) and array.base is not None:
+        array = array.base
+    return array
 
 
 def save_log(frame: pd.DataFrame, path: str | Path) -> None:
     """Write a log without loss as .npz: `time` and one array per signal.
 
     Equal logs give equal bytes. `numpy.load` reads it, too.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written; then there is no such file, or the old one.
     """
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
-        arrays = {"time": frame.index.to_numpy(np.float64)}
-        arrays |= {name: signal(frame, name) for name in signals(frame.columns)}
-        for name, array in arrays.items():
-            data = io.BytesIO()
-            # Column by column, as neighbours in time compress well.
-            np.lib.format.write_array(data, np.asfortranarray(array))
+    with (
+        _replacing(path) as file,
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive,
+    ):
+        for name in ("time", *signals(frame.columns)):
+            array = frame.index.to_numpy(np.float64)
+            if name != "time":
+                array = signal(frame, name)
             info = zipfile.ZipInfo(f"{name}.npy", _ZIP_EPOCH)
             info.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(info, data.getvalue())
-    replace_file(path, buffer.getvalue())
+            info.file_size = array.nbytes  # So that it chooses the right format.
+            with archive.open(info, "w") as entry:
+                # Column by column, as neighbours in time compress well.
+                np.lib.format.write_array(entry, np.asfortranarray(array))
+            release(frame)
 
 
 def load_log(path: str | Path) -> pd.DataFrame:
@@ -213,6 +271,8 @@ def load_log(path: str | Path) -> pd.DataFrame:
     ------
     ValueError
         If the file is not such a log.
+    OSError
+        If it cannot be read.
     """
     try:
         with np.load(path, allow_pickle=False) as archive:
@@ -237,54 +297,78 @@ def write_mcap(frame: pd.DataFrame, path: str | Path) -> None:
     """
     from mcap.writer import CompressionType, Writer
 
-    buffer = io.BytesIO()
-    writer = Writer(buffer, compression=CompressionType.ZSTD)
-    writer.start(profile="", library="dual_proxy")
-    stamps = np.round(frame.index.to_numpy(np.float64) * 1e9).astype(np.int64).tolist()
-    channels = []
-    for name in signals(frame.columns):
-        entry = _ALL_SIGNALS[name]
-        kind = "integer" if entry.integer else "number"
-        keys = [_mcap_key(component) for component in entry.components]
-        schema = {
-            "type": "object",
-            "description": f"{entry.description} [{entry.unit or '-'}]"
-            + (f" in {entry.frame}" if entry.frame else ""),
-            "properties": {key: {"type": kind} for key in keys},
-        }
-        schema_id = writer.register_schema(
-            name=f"dual_proxy.{name}",
-            encoding="jsonschema",
-            data=json.dumps(schema).encode(),
-        )
-        channel_id = writer.register_channel(
-            topic=f"/{name}",
-            message_encoding="json",
-            schema_id=schema_id,
-            metadata={"unit": entry.unit, "frame": entry.frame},
-        )
-        pattern = "%d" if entry.integer else "%.9g"
-        template = "{" + ",".join(f'"{key}":{pattern}' for key in keys) + "}"
-        rows = signal(frame, name).reshape(len(frame), len(keys))
-        texts = [template % tuple(values) for values in rows.tolist()]
-        for index in np.flatnonzero(~np.isfinite(rows).all(axis=1)):
-            numbers = [x if np.isfinite(x) else None for x in rows[index].tolist()]
-            texts[index] = json.dumps(dict(zip(keys, numbers, strict=True)))
-        channels.append((channel_id, texts))
-    for row, stamp in enumerate(stamps):
-        for channel_id, texts in channels:
-            data = texts[row].encode()
-            writer.add_message(channel_id, stamp, data, stamp, sequence=row)
-    writer.finish()  # type: ignore[no-untyped-call]
-    replace_file(path, buffer.getvalue())
+    names = signals(frame.columns)
+    with _replacing(path) as file:
+        writer = Writer(file, compression=CompressionType.ZSTD)
+        writer.start(profile="", library="dual_proxy")
+        channels = [_add_channel(writer, name) for name in names]
+        times = frame.index.to_numpy(np.float64)
+        stamps = np.round(times * 1e9).astype(np.int64).tolist()
+        for start in range(0, len(frame), _MCAP_BLOCK):
+            block = frame.iloc[start : start + _MCAP_BLOCK]
+            texts = [_mcap_texts(block, name) for name in names]
+            for row in range(len(block)):
+                stamp = stamps[start + row]
+                for channel, column in zip(channels, texts, strict=True):
+                    data = column[row].encode()
+                    writer.add_message(
+                        channel, stamp, data, stamp, sequence=start + row
+                    )
+        writer.finish()  # type: ignore[no-untyped-call]
 
 
-def replace_file(path: str | Path, data: bytes) -> None:
+def _add_channel(writer: Any, name: str) -> int:
+    """Announce a signal; return the channel's number."""
+    entry = _ALL_SIGNALS[name]
+    kind = "integer" if entry.integer else "number"
+    schema = {
+        "type": "object",
+        "description": f"{entry.description} [{entry.unit or '-'}]"
+        + (f" in {entry.frame}" if entry.frame else ""),
+        "properties": {_mcap_key(c): {"type": kind} for c in entry.components},
+    }
+    schema_id = writer.register_schema(
+        name=f"dual_proxy.{name}",
+        encoding="jsonschema",
+        data=json.dumps(schema).encode(),
+    )
+    channel: int = writer.register_channel(
+        topic=f"/{name}",
+        message_encoding="json",
+        schema_id=schema_id,
+        metadata={"unit": entry.unit, "frame": entry.frame},
+    )
+    return channel
+
+
+def _mcap_texts(frame: pd.DataFrame, name: str) -> list[str]:
+    """Return a signal's message of each row."""
+    entry = _ALL_SIGNALS[name]
+    keys = [_mcap_key(component) for component in entry.components]
+    pattern = "%d" if entry.integer else "%.9g"
+    template = "{" + ",".join(f'"{key}":{pattern}' for key in keys) + "}"
+    rows = signal(frame, name).reshape(len(frame), len(keys))
+    texts = [template % tuple(values) for values in rows.tolist()]
+    for index in np.flatnonzero(~np.isfinite(rows).all(axis=1)):
+        numbers = [x if np.isfinite(x) else None for x in rows[index].tolist()]
+        texts[index] = json.dumps(dict(zip(keys, numbers, strict=True)))
+    return texts
+
+
+def replace_file(path: str | Path, *parts: bytes | memoryview) -> None:
     """Write a file whole or not at all: to a neighbour first, then renamed."""
+    with _replacing(path) as file:
+        file.writelines(parts)
+
+
+@contextlib.contextmanager
+def _replacing(path: str | Path) -> Iterator[IO[bytes]]:
+    """Open a file that takes the place of `path` if nothing is raised."""
     path = Path(path)
     partial = path.with_name(f".{path.name}.partial")
     try:
-        partial.write_bytes(data)
+        with partial.open("w+b") as file:
+            yield file
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)

@@ -18,7 +18,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from dual_proxy import _core
-from dual_proxy.log import ANGULAR_SIGNALS, SIGNALS, column_names
+from dual_proxy.log import (
+    ANGULAR_SIGNALS,
+    SIGNALS,
+    column_names,
+    log_store,
+    signal,
+)
 
 if TYPE_CHECKING:
     from dual_proxy.scenario import Scenario
@@ -111,16 +117,14 @@ def normal_error_deg(log: pd.DataFrame) -> Array:
     return _core._normal_error_deg(*_run_log(log))
 
 
-def _run_log(log: pd.DataFrame) -> tuple[Array, Array, list[tuple[str, int]]]:
-    """Return times, values, and the signals that the log has, with their sizes."""
-    names = [
-        name
+def _run_log(
+    log: pd.DataFrame,
+) -> tuple[Array, list[tuple[str, NDArray[Any]]], _core._RunLogStore | None]:
+    """Return times, values of the signals that the log has, and where they are."""
+    columns = set(log.columns)
+    signals = [
+        (name, signal(log, name))
         for name in SIGNALS | ANGULAR_SIGNALS
-        if set(column_names(name)) <= set(log.columns)
+        if columns.issuperset(column_names(name))
     ]
-    values = log[[column for name in names for column in column_names(name)]]
-    return (
-        log.index.to_numpy(np.float64),
-        values.to_numpy(np.float64),
-        [(name, len(column_names(name))) for name in names],
-    )
+    return log.index.to_numpy(np.float64), signals, log_store(log)

@@ -374,11 +374,13 @@ def write_replay(
         raise ValueError("write_replay: the log is empty")
     time = log.index.to_numpy(dtype=float)
     elapsed = time - time[0]
-    columns = log.loc[:, list(REPLAY_COLUMNS)].to_numpy(dtype=float)
     num_frames = math.floor(elapsed[-1] * frame_rate + 1e-6) + 1
     frame_times = np.arange(num_frames) / frame_rate
     # The last row at or before each frame; rows' times carry rounding errors.
     rows = np.searchsorted(elapsed, frame_times + 1e-9, side="right") - 1
+    columns = np.column_stack(
+        [log[name].to_numpy(dtype=float)[rows] for name in REPLAY_COLUMNS]
+    )
 
     meshcat = _quiet_meshcat()
     drawer = SceneDrawer(meshcat, params, workspace_map)
@@ -387,17 +389,19 @@ def write_replay(
     meshcat.StartRecording(
         frames_per_second=frame_rate, set_visualizations_while_recording=False
     )
-    for frame, row in enumerate(columns[rows]):
+    for frame, row in enumerate(columns):
         # Meshcat rounds times down to frames: aim at the frame's inside.
         drawer.update(
             dict(zip(REPLAY_COLUMNS, row, strict=True)), (frame + 0.5) / frame_rate
         )
     meshcat.StopRecording()
     meshcat.PublishRecording()
-    page = meshcat.StaticHtml()
-    head, end, tail = page.rpartition("</body>")
-    text = head + _legend(title, workspace_map is not None) + end + tail
-    replace_file(path, text.encode())
+    # It may be large: no more copies of it than needed.
+    page = meshcat.StaticHtml().encode()
+    end = page.rindex(b"</body>")
+    legend = _legend(title, workspace_map is not None).encode()
+    parts = memoryview(page)
+    replace_file(path, parts[:end], legend, parts[end:])
 
 
 def _quiet_meshcat() -> Any:

@@ -17,7 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from dual_proxy.log import replace_file, signal
+from dual_proxy.log import release, replace_file, signal
 from dual_proxy.metrics import (
     ANGULAR_METRICS,
     METRICS,
@@ -195,14 +195,18 @@ def _section(
     figure = Figure(figsize=(10.4, 0.7 + 1.75 * count), layout="constrained")
     FigureCanvasAgg(figure)
     axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
-    touching = np.linalg.norm(signal(log, "contact_force"), axis=1) > 0.5
+    force = signal(log, "contact_force")
+    touching = np.einsum("ij,ij->i", force, force) > 0.5**2
     time = log.index.to_numpy(np.float64)
+    # The rows beside those where a contact begins or ends say it all.
+    changes = np.flatnonzero(touching[1:] != touching[:-1])
+    corners = np.unique([0, *changes, *(changes + 1), len(time) - 1])
     for axis in axes:
         axis.grid(color="#e3e7ec", linewidth=0.7)
         axis.spines[["top", "right"]].set_visible(False)
         axis.fill_between(
-            time, 0, 1, where=touching.tolist(), color="#eef2f6", linewidth=0,
-            transform=axis.get_xaxis_transform(),
+            time[corners], 0, 1, where=touching[corners].tolist(), color="#eef2f6",
+            linewidth=0, transform=axis.get_xaxis_transform(),
         )  # fmt: skip
     draw(log, scenario, axes)
     for axis in axes:
@@ -219,6 +223,7 @@ def _section(
     # Without the date and version that matplotlib would add, equal runs give
     # equal pages.
     figure.savefig(buffer, format="png", dpi=96, metadata={"Software": None})
+    release(log)
     data = base64.b64encode(buffer.getvalue()).decode()
     return (
         f"<section><h2>{heading}</h2><p>{text}</p>"
@@ -317,14 +322,12 @@ def _draw_link(log: pd.DataFrame, scenario: Scenario, axes: list[Axes]) -> None:
 
 def _draw_torques(log: pd.DataFrame, scenario: Scenario, axes: list[Axes]) -> None:
     del scenario
-    torque = signal(log, "torque")
-    rate = np.diff(torque, axis=0, prepend=torque[:1])
-    rate = rate / np.diff(log.index.to_numpy(np.float64), prepend=np.nan)[:, None]
-    rate[0] = 0.0
+    period = np.diff(log.index.to_numpy(np.float64))
+    largest = np.zeros(len(log))
     for joint, color in enumerate(_JOINT_COLORS):
-        label = f"joint {joint + 1}"
-        _plot(axes[0], log, torque[:, joint], color=color, label=label)
-    largest = np.max(np.abs(rate), axis=1)
+        torque = signal(log, "torque")[:, joint]
+        _plot(axes[0], log, torque, color=color, label=f"joint {joint + 1}")
+        np.maximum(largest[1:], np.abs(np.diff(torque) / period), out=largest[1:])
     _plot(axes[1], log, largest, color=_BLUE, label="largest joint")
     axes[0].set_ylabel("torque, N m")
     axes[1].set_ylabel("|rate|, N m/s")

@@ -12,14 +12,18 @@ from typing import Any
 
 import pandas as pd
 
-from dual_proxy.log import replace_file, save_log, write_mcap
+from dual_proxy.log import release, replace_file, save_log, write_mcap
 from dual_proxy.metrics import compute_metrics
+from dual_proxy.run_folder import RunFolder
 from dual_proxy.scenario import Scenario, ScenarioError, load_scenario
 
-__all__ = ["Run", "RunError", "run"]
+__all__ = ["Run", "RunError", "change_scenario", "run"]
 
 # Simulated time between two calls of `progress`, s.
 _PROGRESS_INTERVAL = 0.1
+# Of a replay, Hz; a longer one than 200 s has fewer, as a browser must hold them.
+_FRAME_RATE = 30.0
+_MOST_FRAMES = 6000
 
 
 @dataclass(frozen=True)
@@ -28,50 +32,73 @@ class Run:
 
     scenario: Scenario
     log: pd.DataFrame
-    """One row per control period, see `dual_proxy.log.SIGNALS`."""
+    """One row per control period, see `dual_proxy.log.SIGNALS`. Not to be
+    changed (`log.copy()` is): that of a long run is on disk, and costs memory
+    where it is read."""
     metrics: dict[str, Any]
     """See `dual_proxy.metrics.METRICS`."""
     failure: str = ""
     """Why the run ended early; empty if it did not."""
 
-    def save(self, directory: str | Path, mcap: bool = False) -> Path:
-        """Save everything; each file appears whole or not at all.
+    def save(
+        self,
+        directory: str | Path | RunFolder,
+        mcap: bool = False,
+        pages: bool = True,
+    ) -> Path:
+        """Save everything: all files or none.
 
         Writes metrics.json, log.npz, scenario.yaml, report.html, replay.html
-        (if anything was logged) and, on request, log.mcap.
+        (if anything was logged) and, on request, log.mcap. They take the place
+        of those of an earlier run.
 
         Parameters
         ----------
-        directory : str or Path
-            Made if it does not exist; files of these names are replaced.
+        directory : str, Path or RunFolder
+            Made if it does not exist.
         mcap : bool
             Whether to write the log for Foxglove and PlotJuggler, too.
+        pages : bool
+            Whether to draw report.html and replay.html, which takes longest.
 
         Returns
         -------
         Path
             The report.
+
+        Raises
+        ------
+        OSError
+            If something cannot be written, or another run is being saved there
+            at this moment; the directory is then as it was.
         """
+        if not isinstance(directory, RunFolder):
+            with RunFolder(directory) as folder:
+                return self.save(folder, mcap, pages)
+        draft = directory.draft
+        metrics = json.dumps(self.metrics, indent=2, allow_nan=False) + "\n"
+        replace_file(draft / "metrics.json", metrics.encode())
+        replace_file(draft / "scenario.yaml", self.scenario.to_yaml().encode())
+        save_log(self.log, draft / "log.npz")
+        if mcap:
+            write_mcap(self.log, draft / "log.mcap")
+        if pages:
+            self._write_pages(draft)
+        release(self.log)
+        directory.keep()
+        return directory.path / "report.html"
+
+    def _write_pages(self, draft: Path) -> None:
         # Plotting is imported only where something is plotted.
         from dual_proxy.report import write_report
 
-        directory = Path(directory)
-        directory.mkdir(parents=True, exist_ok=True)
-        metrics = json.dumps(self.metrics, indent=2, allow_nan=False) + "\n"
-        replace_file(directory / "metrics.json", metrics.encode())
-        replace_file(directory / "scenario.yaml", self.scenario.to_yaml().encode())
-        save_log(self.log, directory / "log.npz")
-        links = ["metrics.json", "scenario.yaml", "log.npz"]
-        if mcap:
-            write_mcap(self.log, directory / "log.mcap")
-            links.append("log.mcap")
+        links = [path.name for path in sorted(draft.iterdir())]
         if len(self.log):
+            self._write_replay(draft / "replay.html")
             links.append("replay.html")
-        report = directory / "report.html"
+            release(self.log)
+        report = draft / "report.html"
         write_report(self.log, self.metrics, self.scenario, report, self.failure, links)
-        if len(self.log):
-            self._write_replay(directory / "replay.html")
-        return report
 
     def _write_replay(self, path: Path) -> None:
         # Drake's viewer is imported only where something is drawn.
@@ -85,6 +112,7 @@ class Run:
             workspace_map=WorkspaceMap(self.scenario.map),
             title=f"{self.scenario.name}, {self.scenario.scheme}, "
             f"{self.scenario.link.delay * 1e3:g} ms",
+            frame_rate=min(_FRAME_RATE, _MOST_FRAMES / self.metrics["sim_s"]),
         )
 
 
@@ -94,6 +122,36 @@ class RunError(RuntimeError):
     def __init__(self, message: str, run: Run) -> None:
         super().__init__(message)
         self.run = run
+
+    def __reduce__(self) -> tuple[type[RunError], tuple[str, Run]]:
+        """How it comes from another process."""
+        return type(self), (str(self), self.run)
+
+
+def change_scenario(
+    scenario: Scenario | str | Path,
+    scheme: str | None = None,
+    delay: float | None = None,
+    duration: float | None = None,
+    seed: int | None = None,
+    recording: str | Path | None = None,
+    overrides: Mapping[str, Any] | None = None,
+) -> Scenario:
+    """Return the scenario that `run` runs; arguments and errors are its own."""
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario)
+    changes = dict(overrides or {})
+    for key, value in (
+        ("scheme", scheme),
+        ("link.delay", delay),
+        ("duration", duration),
+        ("seed", seed),
+        # Absolute, so that the saved scenario finds it from anywhere.
+        ("operator.recording", recording and str(Path(recording).resolve())),
+    ):
+        if value is not None:
+            changes[key] = value
+    return scenario.with_overrides(changes)
 
 
 def run(
@@ -144,22 +202,16 @@ def run(
     ScenarioError
         If the scenario or an argument is wrong.
     RunError
-        If the simulation fails midway; it carries what was logged.
+        If the simulation fails midway, or is interrupted (Ctrl-C); it carries
+        what was logged.
+    OSError
+        If there is no space for the log of a long run, before it begins.
+    ImportError
+        If pydrake cannot be loaded.
     """
-    if not isinstance(scenario, Scenario):
-        scenario = load_scenario(scenario)
-    changes = dict(overrides or {})
-    for key, value in (
-        ("scheme", scheme),
-        ("link.delay", delay),
-        ("duration", duration),
-        ("seed", seed),
-        # Absolute, so that the saved scenario finds it from anywhere.
-        ("operator.recording", recording and str(Path(recording).resolve())),
-    ):
-        if value is not None:
-            changes[key] = value
-    scenario = scenario.with_overrides(changes)
+    scenario = change_scenario(
+        scenario, scheme, delay, duration, seed, recording, overrides
+    )
     end = scenario.run_duration()
 
     # pydrake is imported only where something is simulated.
@@ -169,9 +221,10 @@ def run(
         station = build_station(scenario, meshcat=meshcat)
     except ScenarioError:
         raise
-    except ValueError as error:
+    except (ValueError, RuntimeError) as error:
         text = " ".join(str(error).split())
         raise ScenarioError(f"{scenario.name}: cannot be built: {text}") from error
+    station.store_log(end)
     failure = ""
     cause: BaseException | None = None
     began = clock.monotonic()
@@ -184,14 +237,16 @@ def run(
                 clock.sleep(max(0.0, began + now - clock.monotonic()))
             if progress is not None:
                 progress(now, end)
+        station.log_frame()  # What is left goes to the disk, too.
     except KeyboardInterrupt as error:
-        failure, cause = "interrupted", error
+        failure, cause = str(error) or "interrupted", error
     except Exception as error:
         failure = " ".join(str(error).split()) or type(error).__name__
         cause = error
     wall_s = clock.monotonic() - began
     log = station.log_frame()
     result = Run(scenario, log, compute_metrics(log, scenario, wall_s), failure)
+    release(log)
     if cause is not None:
         at = result.metrics["sim_s"]
         raise RunError(f"the run failed after {at:g} s: {failure}", result) from cause

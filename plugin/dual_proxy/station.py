@@ -12,6 +12,7 @@ it, is a second one, with moments and rotations.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,8 @@ from dual_proxy.systems import (
 __all__ = ["Station", "build_station"]
 
 _FRAMES_PER_SECOND = 30
+# Of the log, when they are moved to where it is kept.
+_ROWS_AT_A_TIME = 1000
 _NO_CONTACT = np.zeros(11)
 
 
@@ -117,6 +120,7 @@ class Station:
         self._add_device()
         self._add_link()
         self._sink: Any = None
+        self._store: Any = None
         if self._watched:
             self._gather(logged)
         self.diagram: Diagram = self._builder.Build()
@@ -138,9 +142,33 @@ class Station:
                 self.simulator.AdvanceTo(end)
                 self._drawer.update(self._current_row())
         self.simulator.AdvanceTo(time)
+        if self._store is not None:
+            log: Any = self._sink.FindLog(self.simulator.get_context())
+            if log.num_samples() >= _ROWS_AT_A_TIME:
+                self._move_log(self._store)
+
+    def store_log(self, duration: float) -> None:
+        """Keeps the log where it takes no memory: on disk, if the run is long.
+
+        From now on, `advance_to` moves there what was logged. The simulator's
+        context, copied or put back, is then no longer all of the log.
+
+        Parameters
+        ----------
+        duration : of the run, s; there is no room for more.
+
+        Raises
+        ------
+        OSError
+            If there is no space for it; the error names the folder.
+        """
+        rows = math.ceil(duration / self.scenario.scene.time_step) + 1
+        self._store = _core._RunLogStore(self._num_columns, rows)
 
     def log_frame(self) -> pd.DataFrame:
         """Returns the log so far; see `dual_proxy.log.SIGNALS`.
+
+        It is read-only.
 
         Raises
         ------
@@ -149,24 +177,49 @@ class Station:
         """
         if self._sink is None:
             raise RuntimeError("log_frame: the station was built with logged=False")
-        log: Any = self._sink.FindLog(self.simulator.get_context())
-        # Before the first step there is nothing that could be logged.
-        times = log.sample_times()[1:]
-        return make_frame(times, self._signals(times, log.data().T[1:]))
+        store = self._store
+        if store is None:
+            log: Any = self._sink.FindLog(self.simulator.get_context())
+            store = _core._RunLogStore(self._num_columns, log.num_samples())
+            self._append(log, store)
+        else:
+            self._move_log(store)
+        return make_frame(store.time, self._signals(store.values))
+
+    def _move_log(self, store: Any) -> None:
+        """Moves what was logged to `store`; it is forgotten even if that fails."""
+        context: Any = self.simulator.get_mutable_context()
+        log: Any = self._sink.FindMutableLog(context)
+        try:
+            self._append(log, store)
+        finally:
+            log.Clear()
+
+    def _append(self, log: Any, store: Any) -> None:
+        times = log.sample_times()
+        store.append(times, np.vstack([log.data(), self._hand_positions(times)]))
+
+    def _hand_positions(self, times: Any) -> NDArray[np.float64]:
+        """Returns where the hand means to be, (3, n): of the times alone."""
+        positions = [self._path.calc(time)[0] for time in times]
+        return np.reshape(positions, (len(times), 3)).T
 
     def _current_row(self) -> dict[str, float]:
         root = self.simulator.get_context()
         system: Any = self._everything.get_system()
         row: Any = self._everything.Eval(system.GetMyContextFromRoot(root))
         times = np.array([root.get_time()])
-        frame = make_frame(times, self._signals(times, row[np.newaxis]))
+        rows = np.append(row, self._hand_positions(times))[np.newaxis]
+        frame = make_frame(times, self._signals(rows))
         return dict(zip(frame.columns, frame.iloc[0].tolist(), strict=True))
 
     def _gather(self, logged: bool) -> None:
         """All signals side by side, and one sink for them: every event of Drake's
         has its price."""
         sizes = [port.size() for port in self._ports.values()]
-        self._columns = np.cumsum(sizes)[:-1]
+        # The last ones are what is added where the log is read.
+        self._columns = np.cumsum(sizes)
+        self._num_columns = sum(sizes) + 3
         everything = self._builder.AddNamedSystem("everything", Multiplexer(sizes))
         for index, port in enumerate(self._ports.values()):
             self._builder.Connect(port, everything.get_input_port(index))
@@ -361,10 +414,11 @@ class Station:
         )
 
     def _signals(
-        self, times: NDArray[np.float64], rows: NDArray[np.float64]
+        self, rows: NDArray[np.float64]
     ) -> dict[str, NDArray[np.float64]]:
-        """Returns every signal of the log from rows of the logged ports."""
-        parts = np.split(rows, self._columns, axis=1)
+        """Returns every signal of the log from rows of the logged ports, with the
+        hand's positions at their end."""
+        *parts, hand = np.split(rows, self._columns, axis=1)
         data = dict(zip(self._ports, parts, strict=True))
         values = {
             name: data[side][:, where]
@@ -377,7 +431,7 @@ class Station:
         truth = data["truth"]
         count = len(truth)
         values |= {
-            "hand_position": np.array([self._path.calc(t)[0] for t in times]),
+            "hand_position": hand,
             "contact_force": truth[:, :3],
             "contact_normal": truth[:, 3:6],
             "contact_dimension": truth[:, 6:7],

@@ -394,7 +394,7 @@ void AddPerceptionMetrics(const RunLog& log, const MetricsParams& params,
 
 bool HasAngularFilter(const RunLog& log) {
   return std::any_of(log.signals.begin(), log.signals.end(),
-                     [](const SignalSlice& signal) {
+                     [](const RunLog::NamedValues& signal) {
                        return signal.name == "moment_dimension";
                      });
 }
@@ -474,7 +474,7 @@ Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
                           std::end(kAngularMetrics));
   }
   for (const MetricDescription& metric : metrics_of_run) values[metric.key];
-  values.at("finite") = log.values.allFinite();
+  values.at("finite") = log.AllFinite();
   values.at("sim_s") = sim_s;
   if (wall_s) {
     values.at("wall_s") = *wall_s;
@@ -483,7 +483,9 @@ Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
   if (n > 1) {
     const Truth truth = FindTruth(log, params);
     AddPositionMetrics(log, params, truth, &values);
+    log.Release();
     AddForceMetrics(log, params, truth, &values);
+    log.Release();
     AddPerceptionMetrics(log, params, truth, &values);
     if (angular) AddRotationMetrics(log, truth, &values);
     AddCounts(log, truth, &values);

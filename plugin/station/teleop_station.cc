@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/station/teleop_station.h"
 
-#include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -42,6 +42,8 @@ class StationBuilder {
     return {.scene = *scene_,
             .log = log_,
             .signals = std::move(signals_),
+            .num_columns = logged_size_,
+            .log_period = scenario_.scene.time_step,
             .path = OperatorPath(path_),
             .scheme = scenario_.scheme};
   }
@@ -276,6 +278,18 @@ class StationBuilder {
     }
     log_ = LogVectorOutput(everything->get_output_port(0), &builder_,
                            scenario_.scene.time_step);
+    // What follows from the time alone is added when the log is read.
+    AddColumns("hand_position", 3);
+    if (scenario_.scheme != Scheme::kDualProxy) {
+      // Without a filter there is no estimate, ever.
+      AddColumns("dimension", 1);
+      AddColumns("force_direction", 3);
+    }
+  }
+
+  void AddColumns(const std::string& name, int size) {
+    signals_.push_back({.name = name, .start = logged_size_, .size = size});
+    logged_size_ += size;
   }
 
   DiagramBuilder<double>& builder_;
@@ -290,6 +304,21 @@ class StationBuilder {
   int logged_size_{0};
   drake::systems::VectorLogSink<double>* log_{};
 };
+
+// Appends the samples of the sink, with what follows from the time.
+void AppendLog(const TeleopStation& station,
+               const drake::systems::VectorLog<double>& log,
+               RunLogStore* store) {
+  const int count = log.num_samples();
+  const auto size = static_cast<int>(log.get_input_size());
+  Eigen::MatrixXd samples = Eigen::MatrixXd::Zero(station.num_columns, count);
+  samples.topRows(size) = log.data();
+  for (int i = 0; i < count; ++i) {
+    samples.col(i).segment<3>(size) =
+        station.path.Calc(log.sample_times()[i]).position;
+  }
+  store->Append(log.sample_times(), samples);
+}
 
 }  // namespace
 
@@ -316,32 +345,32 @@ TeleopStation AddTeleopStation(DiagramBuilder<double>* builder,
   return StationBuilder(builder, checked).Build();
 }
 
+std::shared_ptr<RunLogStore> MakeRunLogStore(const TeleopStation& station,
+                                             double duration) {
+  return std::make_shared<RunLogStore>(
+      station.num_columns,
+      static_cast<Eigen::Index>(std::ceil(duration / station.log_period)) + 1);
+}
+
+void MoveLog(const TeleopStation& station,
+             drake::systems::Context<double>* context, RunLogStore* store) {
+  auto& log = station.log->FindMutableLog(context);
+  try {
+    AppendLog(station, log, store);
+  } catch (...) {
+    log.Clear();
+    throw;
+  }
+  log.Clear();
+}
+
 RunLog MakeRunLog(const TeleopStation& station,
                   const drake::systems::Context<double>& context) {
   const auto& log = station.log->FindLog(context);
-  // Before the first step there is nothing that could be logged.
-  const int count = std::max(0, log.num_samples() - 1);
-  const int size = station.log->get_input_port().size();
-  RunLog result;
-  result.time = log.sample_times().tail(count);
-  result.signals = station.signals;
-  result.signals.push_back({.name = "hand_position", .start = size, .size = 3});
-  int columns = size + 3;
-  if (station.scheme != Scheme::kDualProxy) {
-    // Without a filter there is no estimate, ever.
-    result.signals.push_back(
-        {.name = "dimension", .start = columns, .size = 1});
-    result.signals.push_back(
-        {.name = "force_direction", .start = columns + 1, .size = 3});
-    columns += 4;
-  }
-  result.values = Eigen::MatrixXd::Zero(count, columns);
-  result.values.leftCols(size) = log.data().rightCols(count).transpose();
-  for (int i = 0; i < count; ++i) {
-    result.values.row(i).segment<3>(size) =
-        station.path.Calc(result.time[i]).position.transpose();
-  }
-  return result;
+  const auto store =
+      std::make_shared<RunLogStore>(station.num_columns, log.num_samples());
+  AppendLog(station, log, store.get());
+  return MakeRunLog(store, station.signals);
 }
 
 MetricsParams MakeMetricsParams(const Scenario& scenario) {

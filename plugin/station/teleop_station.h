@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 
 #include "dual_proxy/experiment/metrics.h"
 #include "dual_proxy/experiment/run_log.h"
+#include "dual_proxy/experiment/run_log_store.h"
 #include "dual_proxy/experiment/scenario.h"
 #include "dual_proxy/sides/signal_layout.h"
 #include "dual_proxy/simulation/operator.h"
@@ -26,10 +28,15 @@ Scenario LoadScenario(const std::string& path);
 /** What AddTeleopStation() added, and what is needed to read its log. */
 struct TeleopStation {
   PandaScene scene;
-  /** Notes one row per control period. */
+  /** Notes one row per control period, all in memory until MoveLog(). */
   const drake::systems::VectorLogSink<double>* log{};
-  /** Where in a row of `log` a signal is. */
+  /** Where in a row of the run's log a signal is; the first columns are those of
+  `log`. */
   std::vector<SignalSlice> signals;
+  /** In a row of the run's log. */
+  int num_columns{0};
+  /** Between two rows, s. */
+  double log_period{0};
   /** Where the operator means the handle to be, in D. */
   OperatorPath path;
   Scheme scheme{Scheme::kDualProxy};
@@ -52,7 +59,21 @@ reaches the start. */
 TeleopStation AddTeleopStation(drake::systems::DiagramBuilder<double>* builder,
                                const Scenario& scenario);
 
-/** The log so far, for ComputeMetrics().
+/** Room for the log of a run.
+@param duration of the run, s, >= 0.
+@throws std::system_error if there is no space for it. */
+std::shared_ptr<RunLogStore> MakeRunLogStore(const TeleopStation& station,
+                                             double duration);
+
+/** Moves what was logged so far to `store`, so that the memory of a run does not
+grow with its length. A second's rows at a time are a good measure.
+@param context of the diagram that `station` is part of.
+@throws std::exception if the rows do not go into the store, see
+RunLogStore::Append(); they are forgotten all the same. */
+void MoveLog(const TeleopStation& station,
+             drake::systems::Context<double>* context, RunLogStore* store);
+
+/** The log so far, for ComputeMetrics(), of a run that is not moved elsewhere.
 @param context of the diagram that `station` is part of. */
 RunLog MakeRunLog(const TeleopStation& station,
                   const drake::systems::Context<double>& context);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -41,6 +42,15 @@ const SignalSlice kSignals[] = {
     {"force_direction", 26, 3},    {"force_selection", 29, 9},
     {"observed_energy", 38, 1},    {"robot_link_dropped", 39, 1},
     {"haptic_link_dropped", 40, 1}};
+
+/** A log whose values can be changed. */
+struct Table {
+  operator RunLog() const { return RunLog::FromValues(time, signals, values); }
+
+  VectorXd time;
+  std::vector<SignalSlice> signals;
+  Eigen::MatrixXd values;
+};
 
 /** Height of the hand: down, below the surface, and up again. */
 double HandHeight(double time) {
@@ -133,7 +143,7 @@ class MetricsTest : public testing::Test {
     return std::get<std::int64_t>(Value(key));
   }
 
-  RunLog log_;
+  Table log_;
   MetricsParams params_;
 };
 

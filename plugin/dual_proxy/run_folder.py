@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A folder with the files of one run, never of two."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import fcntl
+import itertools
+import os
+import shutil
+from pathlib import Path
+from types import TracebackType
+
+__all__ = ["RunFolder"]
+
+_FILES = (
+    "metrics.json",
+    "scenario.yaml",
+    "log.npz",
+    "log.mcap",
+    "report.html",
+    "replay.html",
+)
+# Written to find out whether there is space at all, bytes.
+_TRIAL = bytes(4096)
+
+
+class RunFolder:
+    """A folder for the files of a run, held open until they are there.
+
+    They are made in a folder within, `draft`, and `keep` moves all of them to
+    their place; what is not kept disappears. Nobody else can open the folder
+    meanwhile, on this machine; what a process that was killed has left is
+    removed by the next one.
+
+    Parameters
+    ----------
+    path : str or Path
+        Made if it does not exist, and removed again if nothing is kept.
+
+    Raises
+    ------
+    OSError
+        If it cannot be made or written to, or another run has it open.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._made: list[Path] = []
+        for folder in (self.path, *self.path.parents):
+            if folder.exists():
+                break
+            self._made.append(folder)
+        self.path.mkdir(parents=True, exist_ok=True)
+        self._handle = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
+        self.draft = self.path / ".saving"
+        try:
+            self._lock()
+            self._check_files()
+            self._make_draft()
+        except BaseException:
+            self._remove()
+            raise
+
+    @classmethod
+    def numbered(cls, path: Path) -> RunFolder:
+        """Open a new folder: `path`, or with -2, -3... at its end the first that
+        does not exist."""
+        for number in itertools.count(1):
+            candidate = path
+            if number > 1:
+                candidate = path.with_name(f"{path.name}-{number}")
+            if not os.path.lexists(candidate):
+                with contextlib.suppress(BlockingIOError):
+                    return cls(candidate)
+        raise AssertionError
+
+    def keep(self) -> None:
+        """Put what was made in the place of an earlier run's files.
+
+        First those go, then the new ones come: whenever this is cut short, there
+        are files of one run only.
+        """
+        for name in _FILES:
+            (self.path / name).unlink(missing_ok=True)
+        for file in sorted(self.draft.iterdir()):
+            os.replace(file, self.path / file.name)
+            self._made.clear()
+
+    def close(self) -> None:
+        """Remove what was not kept; let others open the folder."""
+        shutil.rmtree(self.draft, ignore_errors=True)
+        self._remove()
+
+    def __enter__(self) -> RunFolder:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _lock(self) -> None:
+        try:
+            fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise BlockingIOError(
+                errno.EAGAIN, "another run is going to save there", str(self.path)
+            ) from None
+        except OSError:
+            pass  # Some network drives know no locks.
+
+    def _check_files(self) -> None:
+        for name in _FILES:
+            if (self.path / name).is_dir():
+                raise IsADirectoryError(
+                    errno.EISDIR, os.strerror(errno.EISDIR), str(self.path / name)
+                )
+
+    def _make_draft(self) -> None:
+        shutil.rmtree(self.draft, ignore_errors=True)
+        self.draft.mkdir()
+        trial = self.draft / "trial"
+        trial.write_bytes(_TRIAL)
+        trial.unlink()
+
+    def _remove(self) -> None:
+        for folder in self._made:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+        os.close(self._handle)
