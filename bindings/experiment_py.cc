@@ -103,8 +103,9 @@ void BindMetrics(py::module_& m) {
         return ComputeMetrics(MakeRunLog(std::move(time), signals, store),
                               {map, delay, has_filter}, wall_s);
       },
-      py::arg("time"), py::arg("signals"), py::arg("store"), py::arg("map"),
-      py::arg("delay"), py::arg("has_filter"), py::arg("wall_s"),
+      py::arg("time"), py::arg("signals"), py::arg("store").none(true),
+      py::arg("map"), py::arg("delay"), py::arg("has_filter"),
+      py::arg("wall_s"),
       "[(key, value)] of every metric, in order.\n\n"
       "time: (n,), s. signals: [(name, (n,) or (n, size))]. store: what they "
       "are in, or None.");
@@ -116,7 +117,7 @@ void BindMetrics(py::module_& m) {
          const RunLogStore* store) {
         return CalcNormalErrorDeg(MakeRunLog(std::move(time), signals, store));
       },
-      py::arg("time"), py::arg("signals"), py::arg("store"),
+      py::arg("time"), py::arg("signals"), py::arg("store").none(true),
       "(n,), deg; the arguments are those of `_compute_metrics`.");
   m.def(
       "_map_device_positions",
@@ -166,9 +167,6 @@ void BindRunLogStore(py::module_& m) {
       .def("release", &RunLogStore::Release,
            "Gives back the memory that a file's rows occupy after they were "
            "read.")
-      .def_property_readonly("num_rows", &RunLogStore::num_rows)
-      .def_property_readonly("last_time", &RunLogStore::last_time,
-                             "Of the last row, s; 0 before the first.")
       .def_property_readonly(
           "time",
           [](const py::object& self) {

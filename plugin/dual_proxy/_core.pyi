@@ -5037,6 +5037,30 @@ class _RotationTruth:
         """
         Number of directions that are blocked, 0 to 3.
         """
+class _RunLogStore:
+    """
+    Takes the rows of a log while they are made; see the C++ header.
+    """
+    def __init__(self, num_columns: typing.SupportsInt | typing.SupportsIndex, capacity: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def append(self, times: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], samples: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.f_contiguous"]) -> None:
+        """
+        times: (n,), s. samples: (num_columns, n).
+        """
+    def release(self) -> None:
+        """
+        Gives back the memory that a file's rows occupy after they were read.
+        """
+    @property
+    def time(self) -> typing.Any:
+        """
+        (num_rows,), s; a view.
+        """
+    @property
+    def values(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (num_rows, num_columns); a view.
+        """
 class FilterTrialParams:
     """
     Parameters of run_filter_trial(). `seed` decides what is not here: the scene's
@@ -5289,11 +5313,11 @@ def _angular_metric_descriptions() -> list[tuple[str, str, str]]:
     """
     The same of those of the angular filter.
     """
-def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], map: WorkspaceMapParams, delay: typing.SupportsFloat | typing.SupportsIndex, has_filter: bool, wall_s: typing.SupportsFloat | typing.SupportsIndex | None) -> list[tuple[str, None | bool | int | float]]:
+def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], signals: collections.abc.Sequence[tuple[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]]], store: _RunLogStore, map: WorkspaceMapParams, delay: typing.SupportsFloat | typing.SupportsIndex, has_filter: bool, wall_s: typing.SupportsFloat | typing.SupportsIndex | None) -> list[tuple[str, None | bool | int | float]]:
     """
     [(key, value)] of every metric, in order.
     
-    time: (n,), s. values: (n, m). signals: [(name, number of columns)].
+    time: (n,), s. signals: [(name, (n,) or (n, size))]. store: what they are in, or None.
     """
 def _map_device_positions(map: WorkspaceMapParams, x_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
@@ -5311,7 +5335,7 @@ def _metrics_json(metrics: collections.abc.Sequence[tuple[str, None | bool | typ
     """
     The text of metrics.json for [(key, value)].
     """
-def _normal_error_deg(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+def _normal_error_deg(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], signals: collections.abc.Sequence[tuple[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]]], store: _RunLogStore) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
     """
     (n,), deg; the arguments are those of `_compute_metrics`.
     """

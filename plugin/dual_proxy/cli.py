@@ -177,6 +177,7 @@ def _main(arguments: Sequence[str] | None) -> int:
 
 
 def _fail(message: str, status: int) -> int:
+    sys.stdout.flush()  # What was said before comes before.
     print(f"dual-proxy: error: {message}", file=sys.stderr)
     return status
 
@@ -188,7 +189,7 @@ def _describe(error: BaseException) -> str:
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror}"
     if isinstance(error, ImportError):
-        return f"{error.name or 'a module'} cannot be loaded: {text}"
+        return f"cannot import {error.name or 'what is needed'}: {text}"
     if isinstance(error, KeyboardInterrupt):
         return text or "interrupted"
     if isinstance(error, MemoryError):

@@ -209,7 +209,10 @@ def signal(frame: pd.DataFrame, name: str) -> NDArray[Any]:
         and places == [places[0] + i * spacing for i in range(len(places))]
     ):
         return np.lib.stride_tricks.as_strided(
-            first, (len(first), len(columns)), (*first.strides, spacing), writeable=False
+            first,
+            (len(first), len(columns)),
+            (*first.strides, spacing),
+            writeable=False,
         )
     return np.column_stack(columns)
 

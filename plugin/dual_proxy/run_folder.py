@@ -52,7 +52,12 @@ class RunFolder:
             if folder.exists():
                 break
             self._made.append(folder)
-        self.path.mkdir(parents=True, exist_ok=True)
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except FileExistsError:
+            raise NotADirectoryError(
+                errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(self.path)
+            ) from None
         self._handle = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
         self.draft = self.path / ".saving"
         try:
@@ -107,10 +112,10 @@ class RunFolder:
     def _lock(self) -> None:
         try:
             fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise BlockingIOError(
-                errno.EAGAIN, "another run is going to save there", str(self.path)
-            ) from None
+        except BlockingIOError as error:
+            error.strerror = "another run is going to save there"
+            error.filename = str(self.path)
+            raise
         except OSError:
             pass  # Some network drives know no locks.
 
@@ -122,11 +127,17 @@ class RunFolder:
                 )
 
     def _make_draft(self) -> None:
+        """Make it, and find out whether something can be written there."""
         shutil.rmtree(self.draft, ignore_errors=True)
-        self.draft.mkdir()
-        trial = self.draft / "trial"
-        trial.write_bytes(_TRIAL)
-        trial.unlink()
+        try:
+            self.draft.mkdir()
+            trial = self.draft / "trial"
+            trial.write_bytes(_TRIAL)
+            trial.unlink()
+        except OSError as error:
+            shutil.rmtree(self.draft, ignore_errors=True)
+            error.filename = str(self.path)
+            raise
 
     def _remove(self) -> None:
         for folder in self._made:

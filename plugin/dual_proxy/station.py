@@ -413,9 +413,7 @@ class Station:
             "robot_message" if dual_proxy else "force_message",
         )
 
-    def _signals(
-        self, rows: NDArray[np.float64]
-    ) -> dict[str, NDArray[np.float64]]:
+    def _signals(self, rows: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
         """Returns every signal of the log from rows of the logged ports, with the
         hand's positions at their end."""
         *parts, hand = np.split(rows, self._columns, axis=1)

@@ -35,11 +35,12 @@ RunLog RunLog::FromValues(Eigen::VectorXd time,
 }
 
 bool RunLog::AllFinite() const {
-  return std::all_of(signals.begin(), signals.end(), [this](const auto& signal) {
-    const bool finite = signal.values.allFinite();
-    Release();
-    return finite;
-  });
+  return std::all_of(signals.begin(), signals.end(),
+                     [this](const auto& signal) {
+                       const bool finite = signal.values.allFinite();
+                       Release();
+                       return finite;
+                     });
 }
 
 void RunLog::Validate() const {
@@ -52,10 +53,10 @@ void RunLog::Validate() const {
   }
   for (const auto& [name, values] : signals) {
     if (values.rows() != time.size()) {
-      throw std::invalid_argument(
-          "RunLog: signal `" + name + "` expected one row per time, got " +
-          std::to_string(values.rows()) + " for " +
-          std::to_string(time.size()));
+      throw std::invalid_argument("RunLog: signal `" + name +
+                                  "` expected one row per time, got " +
+                                  std::to_string(values.rows()) + " for " +
+                                  std::to_string(time.size()));
     }
   }
 }

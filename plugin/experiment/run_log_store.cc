@@ -83,11 +83,11 @@ RunLogStore::~RunLogStore() {
 void RunLogStore::Append(const Eigen::Ref<const Eigen::VectorXd>& times,
                          const Eigen::Ref<const Eigen::MatrixXd>& samples) {
   if (samples.rows() != num_columns_ || samples.cols() != times.size()) {
-    throw std::invalid_argument(
-        "RunLogStore: `samples` expected shape (" +
-        std::to_string(num_columns_) + ", " + std::to_string(times.size()) +
-        "), got (" + std::to_string(samples.rows()) + ", " +
-        std::to_string(samples.cols()) + ")");
+    throw std::invalid_argument("RunLogStore: `samples` expected shape (" +
+                                std::to_string(num_columns_) + ", " +
+                                std::to_string(times.size()) + "), got (" +
+                                std::to_string(samples.rows()) + ", " +
+                                std::to_string(samples.cols()) + ")");
   }
   Index old = 0;
   while (old < times.size() && !(times(old) > last_time_)) ++old;

@@ -30,8 +30,8 @@ struct TeleopStation {
   PandaScene scene;
   /** Notes one row per control period, all in memory until MoveLog(). */
   const drake::systems::VectorLogSink<double>* log{};
-  /** Where in a row of the run's log a signal is; the first columns are those of
-  `log`. */
+  /** Where in a row of the run's log a signal is; the first columns are those
+  of `log`. */
   std::vector<SignalSlice> signals;
   /** In a row of the run's log. */
   int num_columns{0};
@@ -65,8 +65,8 @@ TeleopStation AddTeleopStation(drake::systems::DiagramBuilder<double>* builder,
 std::shared_ptr<RunLogStore> MakeRunLogStore(const TeleopStation& station,
                                              double duration);
 
-/** Moves what was logged so far to `store`, so that the memory of a run does not
-grow with its length. A second's rows at a time are a good measure.
+/** Moves what was logged so far to `store`, so that the memory of a run does
+not grow with its length. A second's rows at a time are a good measure.
 @param context of the diagram that `station` is part of.
 @throws std::exception if the rows do not go into the store, see
 RunLogStore::Append(); they are forgotten all the same. */

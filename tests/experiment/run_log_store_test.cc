@@ -16,8 +16,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/** Rows [first, first + count) of a log: row i has i in its first column, and so
-on. */
+/** Rows [first, first + count) of a log: row i has i in its first column, and
+so on. */
 MatrixXd Samples(int num_columns, int first, int count) {
   MatrixXd samples(num_columns, count);
   for (int i = 0; i < count; ++i) {
@@ -64,8 +64,9 @@ TEST(RunLogStoreTest, WhatDoesNotFitChangesNothing) {
             "RunLogStore: expected at most 3 rows, got 4");
   EXPECT_EQ(InvalidArgument([&] { dut.Append(Times(3, 1), Samples(1, 3, 1)); }),
             "RunLogStore: `samples` expected shape (2, 1), got (1, 1)");
-  EXPECT_EQ(InvalidArgument(
-                [&] { dut.Append(VectorXd::Constant(2, 7), Samples(2, 3, 2)); }),
+  EXPECT_EQ(InvalidArgument([&] {
+              dut.Append(VectorXd::Constant(2, 7), Samples(2, 3, 2));
+            }),
             "RunLogStore: `times` expected strictly increasing values, got "
             "7.000000");
   EXPECT_EQ(InvalidArgument([] { RunLogStore(-1, 3); }),

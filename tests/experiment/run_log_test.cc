@@ -57,9 +57,8 @@ TEST(RunLogTest, InvalidLogsAreRefused) {
   EXPECT_EQ(InvalidArgument([] { MakeLog(Eigen::VectorXd::Zero(1)); }),
             "RunLog: signal `force` expected one row per time, got 2 for 1");
   EXPECT_EQ(
-      InvalidArgument([] {
-        MakeLog(Eigen::Vector2d(0, 1), {{"dimension", 4, 1}});
-      }),
+      InvalidArgument(
+          [] { MakeLog(Eigen::Vector2d(0, 1), {{"dimension", 4, 1}}); }),
       "RunLog: signal `dimension` expected columns among 4, got 1 from 4");
 }
 

@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import json
+import os
+import pickle
+import resource
+import signal
 import sys
 import time
 import types
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -11,6 +16,7 @@ from dual_proxy import cli
 from dual_proxy.log import load_log
 from dual_proxy.metrics import METRICS
 from dual_proxy.run import Run, RunError, run
+from dual_proxy.run_folder import RunFolder
 from dual_proxy.scenario import ScenarioError, load_scenario
 
 
@@ -26,6 +32,9 @@ class FakeStation:
         type(self).built = (scenario, meshcat)
         self._time = 0.0
 
+    def store_log(self, duration):
+        assert duration > 0.0
+
     def advance_to(self, now):
         if now > self.fail_at:
             raise self.error
@@ -38,7 +47,7 @@ class FakeStation:
 
 @pytest.fixture
 def station(monkeypatch, make_log):
-    """Replace the simulation, which has tests of its own, and the replay."""
+    """Replace the simulation and the pages, which have tests of their own."""
 
     class Station(FakeStation):
         log = make_log(load_scenario("plane"))
@@ -46,8 +55,12 @@ def station(monkeypatch, make_log):
     def write_replay(log, path, **_):
         path.write_text(f"{len(log)} rows")
 
+    def write_report(log, metrics, scenario, path, failure="", links=()):
+        path.write_text(f"{len(log)} rows {failure} {links}")
+
     for name, content in (
         ("station", {"build_station": Station}),
+        ("report", {"write_report": write_report}),
         ("replay", {"write_replay": write_replay}),
     ):
         module = types.ModuleType(f"dual_proxy.{name}")
@@ -86,7 +99,8 @@ def run_cli(capsys, *arguments):
         (["run", "plane", "--set", "seed=[1"], "--set seed=[1"),
         (["run", "plane", "--recording", "no.csv"], "no.csv: No such file"),
         (["run", "plane", "--fast"], "unrecognized arguments: --fast"),
-        (["run", "plane", "--out", __file__], "--out"),
+        (["run", "plane", "--out", __file__], "test_cli.py: Not a directory"),
+        (["run", "plane", "--out", f"{__file__}/a"], "/a: Not a directory"),
     ],
 )
 def test_bad_input_is_one_clear_line_and_status_2(capsys, station, arguments, message):
@@ -148,11 +162,187 @@ def test_run_saves_everything_and_prints_every_metric(capsys, station, tmp_path)
     )
 
 
-def test_default_directory(capsys, station, tmp_path, monkeypatch):
+def test_default_directory_is_a_new_one(capsys, station, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    status, _, _ = run_cli(capsys, "run", "plane", "--delay", "0.05")
-    assert status == 0
-    assert (tmp_path / "out" / "plane-dual_proxy-50ms" / "report.html").is_file()
+    for end in ("", "-2", "-3"):
+        status, out, _ = run_cli(capsys, "run", "plane", "--delay", "0.05")
+        assert status == 0
+        report = Path("out") / f"plane-dual_proxy-50ms{end}" / "report.html"
+        assert report.is_file()
+        assert f"report: {report}" in out
+
+
+def test_default_directory_that_cannot_be_made(capsys, station, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "out").touch()
+    status, out, err = run_cli(capsys, "run", "plane")
+    assert (status, out) == (2, "")
+    assert err.startswith("dual-proxy: error: --out out/plane-dual_proxy-0ms")
+    assert err.count("\n") == 1
+
+
+def test_bad_input_leaves_no_directory(capsys, station, tmp_path, monkeypatch):
+    def build_station(*_, **__):
+        raise ValueError("out of reach")
+
+    monkeypatch.setattr(
+        sys.modules["dual_proxy.station"], "build_station", build_station
+    )
+    status, _, _ = run_cli(capsys, "run", "plane", "--out", tmp_path / "a" / "b")
+    assert status == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_directory_in_use_is_refused_before_the_run(capsys, station, tmp_path):
+    station.built = None
+    with RunFolder(tmp_path / "x"):
+        status, _, err = run_cli(capsys, "run", "plane", "--out", tmp_path / "x")
+    assert status == 2
+    assert err == (
+        f"dual-proxy: error: --out {tmp_path / 'x'}: another run is going to save"
+        " there\n"
+    )
+    assert station.built is None
+
+
+def test_full_disk_leaves_metrics_on_the_screen(capsys, station, tmp_path):
+    assert run_cli(capsys, "run", "plane", "--out", tmp_path / "old")[0] == 0
+    before = {path: path.read_bytes() for path in (tmp_path / "old").iterdir()}
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))
+    try:
+        for name in ("old", "new"):
+            out_dir = tmp_path / name
+            status, out, err = run_cli(capsys, "run", "plane", "--out", out_dir)
+            assert status == 3
+            assert err == (
+                f"dual-proxy: error: nothing was saved in {out_dir}: File too large\n"
+            )
+            assert "contact_losses" in out
+            assert "report:" not in out
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert {path: path.read_bytes() for path in (tmp_path / "old").iterdir()} == before
+    assert not (tmp_path / "new").exists()
+
+
+def test_log_is_saved_if_nothing_can_be_drawn(capsys, station, tmp_path, monkeypatch):
+    def write_replay(*_, **__):
+        raise RuntimeError("no port\nis free")
+
+    monkeypatch.setattr(sys.modules["dual_proxy.replay"], "write_replay", write_replay)
+    status, out, err = run_cli(capsys, "run", "plane", "--out", tmp_path)
+    assert status == 3
+    assert err == (
+        "dual-proxy: error: report.html and replay.html were not saved, only"
+        f" metrics.json, scenario.yaml and log.npz in {tmp_path}: no port is free\n"
+    )
+    assert {path.name for path in tmp_path.iterdir()} == {
+        *("metrics.json", "log.npz", "scenario.yaml")
+    }
+    assert "report:" not in out
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (signal.SIGINT, "interrupted"),
+        (signal.SIGTERM, "terminated"),
+        (signal.SIGHUP, "terminated"),
+    ],
+)
+def test_signals_end_the_run_and_save_it(capsys, station, tmp_path, number, text):
+    times = 1 if number == signal.SIGINT else 2
+
+    def advance_to(self, now, original=station.advance_to):
+        original(self, now)
+        if now == 5.0:
+            for _ in range(times):
+                os.kill(os.getpid(), number)
+
+    station.advance_to = advance_to
+    before = signal.getsignal(number)
+    status, _, err = run_cli(capsys, "run", "plane", "--out", tmp_path)
+    assert status == 3
+    assert err == f"dual-proxy: error: the run failed after 5 s: {text}\n"
+    assert len(load_log(tmp_path / "log.npz")) == 5001
+    assert (tmp_path / "report.html").is_file()
+    assert signal.getsignal(number) is before
+
+
+@pytest.mark.parametrize(
+    ("numbers", "status"),
+    [
+        ([signal.SIGTERM, signal.SIGTERM], 0),
+        ([signal.SIGINT], 0),
+        ([signal.SIGINT, signal.SIGINT], 3),
+    ],
+)
+def test_signals_while_saving(capsys, station, tmp_path, monkeypatch, numbers, status):
+    def write_replay(log, path, **_):
+        for number in numbers:
+            os.kill(os.getpid(), number)
+        path.write_text("replay")
+
+    monkeypatch.setattr(sys.modules["dual_proxy.replay"], "write_replay", write_replay)
+    out_dir = tmp_path / "out"
+    actual, out, err = run_cli(capsys, "run", "plane", "--out", out_dir)
+    assert actual == status
+    assert "contact_losses" in out
+    assert out_dir.exists() == (status == 0)
+    if status:
+        assert err == (
+            "dual-proxy: error: interrupted while saving; nothing was saved in"
+            f" {out_dir}\n"
+        )
+
+
+def test_interrupt_elsewhere_is_one_line(capsys, monkeypatch):
+    def interrupt():
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr(cli, "list_scenarios", interrupt)
+    assert run_cli(capsys, "list") == (3, "", "dual-proxy: error: terminated\n")
+
+
+def broken_pipe():
+    """Standard output that nobody reads."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    return open(writing, "w", encoding="utf-8")
+
+
+def test_run_goes_on_when_nobody_reads(station, tmp_path, monkeypatch):
+    with broken_pipe() as out, broken_pipe() as err:
+        monkeypatch.setattr(sys, "stdout", out)
+        monkeypatch.setattr(sys, "stderr", err)
+        assert cli.main(["run", "plane", "--out", str(tmp_path)]) == 0
+        assert cli.main(["list"]) == 0
+    assert (tmp_path / "report.html").is_file()
+
+
+def test_closed_or_full_standard_output(capsys, station, tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", None)
+        assert cli.main(["run", "plane", "--out", str(tmp_path)]) == 0
+    with open("/dev/full", "w", encoding="utf-8") as full, monkeypatch.context() as m:
+        m.setattr(sys, "stdout", full)
+        assert cli.main(["list"]) == 3
+    assert capsys.readouterr().err == (
+        "dual-proxy: error: standard output: No space left on device\n"
+    )
+
+
+def test_pydrake_that_cannot_be_loaded_is_one_line(capsys, monkeypatch, tmp_path):
+    monkeypatch.delitem(sys.modules, "dual_proxy.station", raising=False)
+    monkeypatch.setitem(sys.modules, "pydrake", None)
+    for name in [name for name in sys.modules if name.startswith("pydrake.")]:
+        monkeypatch.delitem(sys.modules, name)
+    status, out, err = run_cli(capsys, "run", "plane", "--out", tmp_path / "x")
+    assert (status, out) == (2, "")
+    assert err.startswith("dual-proxy: error: cannot import pydrake")
+    assert err.count("\n") == 1
+    assert not (tmp_path / "x").exists()
 
 
 @pytest.mark.parametrize(
@@ -201,6 +391,10 @@ def test_run_error_carries_what_was_logged(station):
     assert len(caught.value.run.log) == 5001
     assert caught.value.run.metrics["sim_s"] == pytest.approx(5.0)
     assert caught.value.__cause__ is station.error
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert str(again) == str(caught.value)
+    pd.testing.assert_frame_equal(again.run.log, caught.value.run.log)
+    assert again.run.metrics == caught.value.run.metrics
 
 
 def test_run_takes_a_scenario_and_leaves_it_alone(station):

@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import json
+import resource
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from dual_proxy import _core
 from dual_proxy.log import (
     ANGULAR_SIGNALS,
     SIGNALS,
     column_names,
     load_log,
+    log_store,
     make_frame,
+    release,
     save_log,
     signal,
     write_mcap,
@@ -118,6 +123,69 @@ def test_equal_logs_are_equal_files(frame, tmp_path):
     save_log(make_frame(np.arange(50) * 1e-3, random_values(seed=2)), other)
     assert one.read_bytes() == two.read_bytes()
     assert one.read_bytes() != other.read_bytes()
+
+
+def memory_of_files():
+    """What this process has in memory of files, MB."""
+    text = Path("/proc/self/status").read_text()
+    return int(text.split("RssFile:")[1].split()[0]) / 1024
+
+
+def test_log_on_disk_is_read_where_it_is_needed(tmp_path):
+    """A run of two minutes, as a station's store has it."""
+    rows = 120_000
+    names = {name: len(column_names(name)) for name in SIGNALS}
+    width = sum(names.values())
+    store = _core._RunLogStore(width, rows)
+    for start in range(0, rows, 1000):
+        times = 1e-3 * np.arange(start + 1, start + 1001)
+        store.append(times, np.add.outer(np.arange(width), times))
+    parts = np.split(store.values, np.cumsum(list(names.values()))[:-1], axis=1)
+    frame = make_frame(store.time, dict(zip(names, parts, strict=True)))
+    assert log_store(frame) is store
+    del store, parts
+    release(frame)
+    before = memory_of_files()
+
+    column = frame["torque_3"]
+    np.testing.assert_allclose(column - column.iloc[0], frame.index - frame.index[0])
+    torque = signal(frame, "torque")
+    np.testing.assert_array_equal(torque[:, 3], column)
+    assert np.shares_memory(torque, column.to_numpy())
+    with pytest.raises(ValueError, match="read-only"):
+        frame.iloc[0, 0] = 1.0
+    assert memory_of_files() < before + 10.0
+    assert frame.to_numpy().shape == (rows, width)
+    assert memory_of_files() > before + 50.0
+    release(frame)
+    assert memory_of_files() < before + 10.0
+    save_log(frame.iloc[-5000:], tmp_path / "log.npz")
+    pd.testing.assert_frame_equal(
+        load_log(tmp_path / "log.npz"), frame.iloc[-5000:], check_exact=True
+    )
+
+
+def test_signal_of_any_frame(frame):
+    for changed in (frame.copy(), frame[frame.columns[::-1]], frame.iloc[::7]):
+        for name in ("robot_position", "force_selection", "dimension"):
+            expected = changed[column_names(name)].to_numpy().reshape(len(changed), -1)
+            actual = signal(changed, name).reshape(len(changed), -1)
+            np.testing.assert_array_equal(actual, expected)
+
+
+def test_file_that_cannot_be_written_leaves_the_old_one(frame, tmp_path):
+    path = tmp_path / "log.npz"
+    path.write_text("old")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+    try:
+        for write in (save_log, write_mcap):
+            with pytest.raises(OSError, match="File too large"):
+                write(frame, path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_what_is_no_log_is_refused(tmp_path):

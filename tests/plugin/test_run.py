@@ -168,6 +168,62 @@ def test_save_writes_what_it_says(tmp_path):
     )
 
 
+def test_run_that_is_interrupted_keeps_all_its_rows():
+    def progress(now, end):
+        if now > 0.35:
+            raise KeyboardInterrupt
+
+    with pytest.raises(dp.RunError, match=r"after 0\.4 s: interrupted") as caught:
+        dp.run("plane", duration=2.0, progress=progress)
+    log = caught.value.run.log
+    np.testing.assert_allclose(log.index, 1e-3 * np.arange(1, 401))
+    assert np.isfinite(log.to_numpy()).all()
+
+
+def test_no_space_for_the_log_is_said_before_the_run(monkeypatch):
+    monkeypatch.setenv("TMPDIR", "/no/such/folder")
+    assert len(dp.run("plane", duration=0.1).log) == 100  # It fits into memory.
+    calls = []
+    with pytest.raises(FileNotFoundError, match="MB in /no/such/folder"):
+        dp.run("plane", duration=200.0, progress=lambda *_: calls.append(1))
+    assert not calls
+
+
+def test_log_that_is_moved_on_the_way_is_the_same():
+    scenario = dp.load_scenario("plane")
+    kept, moved = Station(scenario), Station(scenario)
+    moved.store_log(2.5)
+    for time in (0.7, 1.2, 1.3, 2.5):
+        kept.advance_to(time)
+        moved.advance_to(time)
+    pd.testing.assert_frame_equal(moved.log_frame(), kept.log_frame(), check_exact=True)
+    pd.testing.assert_frame_equal(moved.log_frame(), kept.log_frame(), check_exact=True)
+
+
+def test_saving_that_fails_leaves_nothing(tmp_path, monkeypatch):
+    run = dp.run("plane", duration=0.2)
+    (tmp_path / "file").touch()
+    with pytest.raises(NotADirectoryError):
+        run.save(tmp_path / "file")
+    monkeypatch.setattr("dual_proxy.report.write_report", None)
+    with pytest.raises(TypeError):
+        run.save(tmp_path / "out")
+    assert list(tmp_path.iterdir()) == [tmp_path / "file"]
+
+
+def test_saved_scenario_runs_from_anywhere(tmp_path, monkeypatch):
+    (tmp_path / "motion.csv").write_text(
+        "t,px,py,pz\n" + "\n".join(f"{0.1 * i},0.45,{0.001 * i},0.48" for i in range(21))
+    )
+    monkeypatch.chdir(tmp_path)
+    run = dp.run("plane", recording="motion.csv", duration=0.3)
+    run.save("out", pages=False)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    again = dp.run(tmp_path / "out" / "scenario.yaml")
+    pd.testing.assert_frame_equal(again.log, run.log, check_exact=True)
+
+
 def test_a_station_without_a_log_goes_the_same_way():
     scenario = dp.load_scenario("plane")
     with_log, without = (Station(scenario, logged=logged) for logged in (True, False))
