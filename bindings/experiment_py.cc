@@ -33,15 +33,16 @@ using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using Signals = std::vector<std::pair<std::string, py::array>>;
 
 /** Looks at the arrays where they are, if they hold doubles column by column;
-others are copied. `store` is what they are in, or null. */
+others are copied. `store` is what they are in, if
+it is one. */
 RunLog MakeRunLog(Eigen::VectorXd time, const Signals& signals,
-                  const RunLogStore* store) {
+                  std::optional<const RunLogStore*> store) {
   using Columns = py::array_t<double, py::array::f_style>;
   const auto copies = std::make_shared<std::vector<Columns>>();
   RunLog log;
   log.time = std::move(time);
   log.storage = copies;
-  if (store) log.release = [store] { store->Release(); };
+  if (store && *store) log.release = [&file = **store] { file.Release(); };
   for (const auto& [name, array] : signals) {
     py::array values = array;
     if (!py::isinstance<py::array_t<double>>(values) || values.ndim() < 1 ||
@@ -97,15 +98,14 @@ void BindMetrics(py::module_& m) {
       "The same of those of the angular filter.");
   m.def(
       "_compute_metrics",
-      [](Eigen::VectorXd time, const Signals& signals, const RunLogStore* store,
-         const WorkspaceMapParams& map, double delay, bool has_filter,
-         std::optional<double> wall_s) {
+      [](Eigen::VectorXd time, const Signals& signals,
+         std::optional<const RunLogStore*> store, const WorkspaceMapParams& map,
+         double delay, bool has_filter, std::optional<double> wall_s) {
         return ComputeMetrics(MakeRunLog(std::move(time), signals, store),
                               {map, delay, has_filter}, wall_s);
       },
-      py::arg("time"), py::arg("signals"), py::arg("store").none(true),
-      py::arg("map"), py::arg("delay"), py::arg("has_filter"),
-      py::arg("wall_s"),
+      py::arg("time"), py::arg("signals"), py::arg("store"), py::arg("map"),
+      py::arg("delay"), py::arg("has_filter"), py::arg("wall_s"),
       "[(key, value)] of every metric, in order.\n\n"
       "time: (n,), s. signals: [(name, (n,) or (n, size))]. store: what they "
       "are in, or None.");
@@ -114,10 +114,10 @@ void BindMetrics(py::module_& m) {
   m.def(
       "_normal_error_deg",
       [](Eigen::VectorXd time, const Signals& signals,
-         const RunLogStore* store) {
+         std::optional<const RunLogStore*> store) {
         return CalcNormalErrorDeg(MakeRunLog(std::move(time), signals, store));
       },
-      py::arg("time"), py::arg("signals"), py::arg("store").none(true),
+      py::arg("time"), py::arg("signals"), py::arg("store"),
       "(n,), deg; the arguments are those of `_compute_metrics`.");
   m.def(
       "_map_device_positions",
