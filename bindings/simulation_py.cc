@@ -4,8 +4,8 @@
 #include <pybind11/stl.h>
 
 #include "dual_proxy/simulation/contact_scene.h"
-#include "dual_proxy/simulation/contact_truth.h"
 #include "dual_proxy/simulation/contact_surface.h"
+#include "dual_proxy/simulation/contact_truth.h"
 #include "dual_proxy/simulation/force_torque_sensor.h"
 #include "dual_proxy/simulation/haptic_device.h"
 #include "dual_proxy/simulation/operator.h"

@@ -198,8 +198,10 @@ def _fault(result: Run) -> str:
     """What makes a finished run a failed one; empty if nothing does."""
     if not result.metrics["finite"]:
         return "the log holds values that are not finite"
-    broken = describe_broken_limits(result.log, result.scenario)
-    return f"limits of the arm were broken: {'; '.join(broken)}" if broken else ""
+    if result.metrics["limits_broken"]:
+        broken = describe_broken_limits(result.log, result.scenario)
+        return f"limits of the arm were broken: {'; '.join(broken)}"
+    return ""
 
 
 def _setting(text: str) -> tuple[str, Any]:

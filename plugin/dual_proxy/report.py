@@ -147,8 +147,8 @@ def render_report(
             f"<p>{html.escape(failure)}</p><p>What was logged until then is below."
             "</p></section>"
         )
-    broken = describe_broken_limits(log, scenario)
-    if broken:
+    if metrics["limits_broken"]:
+        broken = describe_broken_limits(log, scenario)
         items = "".join(f"<li>{html.escape(text)}</li>" for text in broken)
         parts.append(
             '<section class="failed"><h2>This run broke limits of the arm</h2>'
@@ -181,7 +181,7 @@ def _metrics_table(metrics: Mapping[str, Any]) -> str:
     described = METRICS | ANGULAR_METRICS
     out = set(metrics_out_of_limits(metrics))
     rows = "".join(
-        f'<tr{_OUT if key in out else ""}><td><code>{key}</code></td>'
+        f"<tr{_OUT if key in out else ''}><td><code>{key}</code></td>"
         f'<td class="number">{format_metric(value)}</td>'
         f"<td>{described[key].unit}</td>"
         f'<td class="limit">{_format_limit(described[key].limit)}</td>'

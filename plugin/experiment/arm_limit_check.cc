@@ -52,8 +52,7 @@ class Checks {
            const char* unit, const MatrixXd& sizes,
            const Eigen::Matrix<double, kColumns, 1>& limit, bool share,
            Index first = 0) {
-    const MatrixXd shares =
-        sizes * limit.cwiseInverse().asDiagonal().toDenseMatrix();
+    const MatrixXd shares = sizes.array().rowwise() / limit.transpose().array();
     const Worst worst = FindWorst(shares);
     const double size = sizes(worst.row, worst.column);
     Add(name, metric, sizes.allFinite(), share ? worst.value : size,
@@ -130,16 +129,16 @@ std::vector<ArmLimitCheck> CheckArmLimits(const RunLog& log,
     const Index n = torque.rows() - 1;
     if (n > 0 && HasEveryPeriod(log, control_period)) {
       const MatrixXd change = torque.bottomRows(n) - torque.topRows(n);
-      checks.Add("torque_rate", "torque_rate_max_Nm_s", "torque rate", "N m/s",
-                 change.cwiseAbs() / control_period,
-                 ArmLimits::Joints(
-                     ArmLimits::Joints::Constant(limits.torque_rate)),
-                 false, 1);
+      checks.Add(
+          "torque_rate", "torque_rate_max_Nm_s", "torque rate", "N m/s",
+          change.cwiseAbs() / control_period,
+          ArmLimits::Joints(ArmLimits::Joints::Constant(limits.torque_rate)),
+          false, 1);
     }
   }
   if (log.Has("robot_position") && log.Has("robot_proxy_position")) {
-    checks.Add("proxy_distance", "proxy_distance_max_m", "distance from the proxy",
-               "m",
+    checks.Add("proxy_distance", "proxy_distance_max_m",
+               "distance from the proxy", "m",
                (log.Signal<3>("robot_position") -
                 log.Signal<3>("robot_proxy_position"))
                    .rowwise()

@@ -18,12 +18,13 @@ struct ArmLimitCheck {
   /** "joint_position", "joint_speed", "tool_speed", "torque", "torque_rate" or
   "proxy_distance". */
   const char* limit;
-  /** The key of the metric that tells it, and that metric's value: NaN if one of
-  the signal's values is not finite. */
+  /** The key of the metric that tells it, and that metric's value: NaN if one
+  of the signal's values is not finite. */
   const char* metric;
   double value;
   bool broken;
-  /** Where it was worst: "joint 4 speed 2.31 rad/s at 3.214 s (limit 2.175)". */
+  /** Where it was worst: "joint 4 speed 2.31 rad/s at 3.214 s (limit 2.175)".
+   */
   std::string worst;
 };
 

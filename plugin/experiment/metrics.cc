@@ -102,7 +102,8 @@ constexpr MetricDescription kMetrics[] = {
     {"torque_rate_max_Nm_s", "N m/s",
      "largest change of a commanded torque from one control period to the "
      "next, per time; only of a log that has every period"},
-    {"proxy_distance_max_m", "m", "largest distance of the robot from its proxy"},
+    {"proxy_distance_max_m", "m",
+     "largest distance of the robot from its proxy"},
     {"limits_broken", "",
      "the limits of the arm that the run broke: joint_position, joint_speed, "
      "tool_speed, torque, torque_rate, proxy_distance"},
@@ -204,8 +205,7 @@ Truth FindTruth(const RunLog& log, const MetricsParams& params) {
   truth.contact =
       truth.touching || log.Signal<1>("contact_dimension").array() > 0;
   truth.air = FindAir(time, truth.contact, kNewContactPause);
-  truth.hand_air =
-      FindAir(time, truth.contact, 2 * params.delay + kFadingTime);
+  truth.hand_air = FindAir(time, truth.contact, 2 * params.delay + kFadingTime);
   truth.normal.setZero(time.size(), 3);
   Mask pressing = Mask::Constant(time.size(), false);
   Index last = -1;  // Row of the last contact.
@@ -382,8 +382,7 @@ void AddPositionMetrics(const RunLog& log, const MetricsParams& params,
   const MatrixX3d device =
       MapDevicePositions(params.map, log.Signal<3>("device_position"));
   const MatrixX3d error = robot - device;
-  const MatrixX3d compensated =
-      robot - Delayed(log.time, device, params.delay);
+  const MatrixX3d compensated = robot - Delayed(log.time, device, params.delay);
   const MatrixX3d none = MatrixX3d::Zero(error.rows(), 3);
   values->at("position_rms_air_m") = CalcFreeRms(compensated, none, truth.air);
   if (!truth.touching.any()) return;

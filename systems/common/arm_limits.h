@@ -11,8 +11,8 @@ distance to the proxy this project's. */
 struct ArmLimits {
   using Joints = Eigen::Matrix<double, 7, 1>;
 
-  Joints joint_lower{
-      {-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973}};  ///< rad.
+  Joints joint_lower{{-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175,
+                      -2.8973}};  ///< rad.
   Joints joint_upper{
       {2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973}};  ///< rad.
   Joints joint_speed{

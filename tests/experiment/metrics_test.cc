@@ -33,13 +33,13 @@ constexpr double kDepth = 0.04;
 constexpr double kForce = 6.5;
 
 const SignalSlice kSignals[] = {
-    {"hand_position", 0, 3},       {"device_position", 3, 3},
-    {"device_force", 6, 3},        {"robot_position", 9, 3},
-    {"reference_force", 12, 3},    {"sensed_force", 15, 3},
-    {"contact_force", 18, 3},      {"contact_normal", 21, 3},
-    {"contact_dimension", 24, 1},  {"dimension", 25, 1},
-    {"force_direction", 26, 3},    {"force_selection", 29, 9},
-    {"observed_energy", 38, 1},    {"robot_link_dropped", 39, 1},
+    {"hand_position", 0, 3},        {"device_position", 3, 3},
+    {"device_force", 6, 3},         {"robot_position", 9, 3},
+    {"reference_force", 12, 3},     {"sensed_force", 15, 3},
+    {"contact_force", 18, 3},       {"contact_normal", 21, 3},
+    {"contact_dimension", 24, 1},   {"dimension", 25, 1},
+    {"force_direction", 26, 3},     {"force_selection", 29, 9},
+    {"observed_energy", 38, 1},     {"robot_link_dropped", 39, 1},
     {"haptic_link_dropped", 40, 1}, {"robot_proxy_position", 41, 3},
     {"robot_velocity", 44, 3},      {"joint_position", 47, 7},
     {"joint_velocity", 54, 7},      {"torque", 61, 7}};
@@ -200,14 +200,17 @@ TEST_F(MetricsTest, AngularFilter) {
 
 TEST_F(MetricsTest, PerfectRun) {
   for (const char* key :
-       {"position_rms_free_m", "position_rms_free_delay_compensated_m",
-        "position_rms_contact_m", "force_tracking_rms_N",
+       {"position_rms_free_m",     "position_rms_free_delay_compensated_m",
+        "position_rms_contact_m",  "force_tracking_rms_N",
         "haptic_force_rms_free_N", "haptic_force_std_contact_N",
-        "haptic_force_max_N", "normal_error_mean_deg", "normal_error_p95_deg",
-        "detection_latency_ms", "haptic_force_ac_N", "contact_force_ac_N",
-        "observed_energy_min_J", "position_rms_air_m", "haptic_force_max_air_N",
-        "haptic_force_rms_air_N", "false_contact_share", "tool_speed_max_m_s",
-        "joint_speed_share_max", "torque_share_max", "torque_rate_max_Nm_s"}) {
+        "haptic_force_max_N",      "normal_error_mean_deg",
+        "normal_error_p95_deg",    "detection_latency_ms",
+        "haptic_force_ac_N",       "contact_force_ac_N",
+        "observed_energy_min_J",   "position_rms_air_m",
+        "haptic_force_max_air_N",  "haptic_force_rms_air_N",
+        "false_contact_share",     "tool_speed_max_m_s",
+        "joint_speed_share_max",   "torque_share_max",
+        "torque_rate_max_Nm_s"}) {
     EXPECT_NEAR(Number(key), 0, 1e-12) << key;
   }
   EXPECT_EQ(Number("dimension_accuracy"), 1);
@@ -492,10 +495,10 @@ TEST_F(MetricsTest, BrokenLimitsAreNamed) {
   const auto texts = DescribeBrokenLimits(log_, params_);
   ASSERT_EQ(texts.size(), 2u);
   EXPECT_EQ(texts[0], "joint 7 speed 5.22 rad/s at 5 s (limit 2.61)");
-  EXPECT_EQ(FindMetricsOut(ComputeMetrics(log_, params_)),
-            (std::vector<std::string>{"joint_speed_share_max",
-                                      "proxy_distance_max_m",
-                                      "limits_broken"}));
+  EXPECT_EQ(
+      FindMetricsOut(ComputeMetrics(log_, params_)),
+      (std::vector<std::string>{"joint_speed_share_max", "proxy_distance_max_m",
+                                "limits_broken"}));
   params_.arm.joint_speed *= 2;
   params_.arm.proxy_distance = 2;
   EXPECT_TRUE(Names("limits_broken").empty());

@@ -112,8 +112,10 @@ TEST(ContactTruthTest, AFaceLeavesRotationAboutItsNormal) {
 }
 
 TEST(ContactTruthTest, PointsAtOnePlaceCountOnce) {
-  EXPECT_EQ(Truth(OnTheTable({{0.5, 0.1}, {0.5, 0.1009}})).moment_dimension(), 0);
-  EXPECT_EQ(Truth(OnTheTable({{0.5, 0.1}, {0.5, 0.1011}})).moment_dimension(), 1);
+  EXPECT_EQ(Truth(OnTheTable({{0.5, 0.1}, {0.5, 0.1009}})).moment_dimension(),
+            0);
+  EXPECT_EQ(Truth(OnTheTable({{0.5, 0.1}, {0.5, 0.1011}})).moment_dimension(),
+            1);
 }
 
 // A point on the floor and one at a wall: forces alone do what they can.

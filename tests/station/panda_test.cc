@@ -188,8 +188,8 @@ TEST(PandaModelTest, TermsEqualThePlants) {
     for (int k = 0; k < 200; ++k) {
       const Vector7 q =
           RandomBetween(kLimits.joint_lower, kLimits.joint_upper, &random);
-      const Vector7 v = RandomBetween(-kLimits.joint_speed,
-                                      kLimits.joint_speed, &random);
+      const Vector7 v =
+          RandomBetween(-kLimits.joint_speed, kLimits.joint_speed, &random);
       plant.SetPositions(context.get(), q);
       plant.SetVelocities(context.get(), v);
       Pose X_BE;
@@ -311,8 +311,8 @@ TEST_F(PandaInverseKinematicsTest, TheRestPostureIsItsOwnSolution) {
       (dut_.SolveInverseKinematics(X_BE.p, X_BE.R, kPandaQRest) - kPandaQRest)
           .norm(),
       1e-6);
-  const Vector7 margin =
-      (kPandaQRest - kLimits.joint_lower).cwiseMin(kLimits.joint_upper - kPandaQRest);
+  const Vector7 margin = (kPandaQRest - kLimits.joint_lower)
+                             .cwiseMin(kLimits.joint_upper - kPandaQRest);
   EXPECT_GT(margin.minCoeff(), 0.5);
 }
 
