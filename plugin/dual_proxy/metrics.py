@@ -59,7 +59,10 @@ class Metric(NamedTuple):
     limit: Limit | None = None
 
 
-_LIMITS = {key: Limit(*limit) for key, *limit in _core._metric_limits()}
+_LIMITS = {
+    key: Limit(least, most, of_arm)
+    for key, least, most, of_arm in _core._metric_limits()
+}
 
 #: The keys of metrics.json, in order.
 METRICS: dict[str, Metric] = {
