@@ -5,6 +5,7 @@
 
 #include "dual_proxy/simulation/contact_scene.h"
 #include "dual_proxy/simulation/contact_surface.h"
+#include "dual_proxy/simulation/contact_truth.h"
 #include "dual_proxy/simulation/force_torque_sensor.h"
 #include "dual_proxy/simulation/haptic_device.h"
 #include "dual_proxy/simulation/operator.h"
@@ -345,6 +346,25 @@ void BindContact(py::module_& m) {
             return self.normal_forces.head(self.count);
           },
           "(count,), N.");
+  py::class_<ContactTruth>(m, "_ContactTruth",
+                           "What the tool really touches, from a simulator's "
+                           "contacts; see the C++ header.")
+      .def(py::init<>())
+      .def(
+          "add",
+          [](ContactTruth& self, const py::object& force,
+             const py::object& normal, const py::object& p) {
+            self.Add(Vec3(force, "force"), Vec3(normal, "normal"),
+                     p.is_none() ? Eigen::Vector3d(Eigen::Vector3d::Zero())
+                                 : Vec3(p, "p"));
+          },
+          py::arg("force"), py::arg("normal"), py::arg("p") = py::none(),
+          "Takes one more contact: force, (3,), N, of the tool on its "
+          "environment; unit\nnormal, (3,), INTO the surface; place, (3,), m, "
+          "for moments. All in B.")
+      .def("to_vector", &ContactTruth::ToVector,
+           "(11,): force 3, normal 3, dimension 1; moment dimension 1, axis of "
+           "free\nrotation 3.");
   py::class_<ContactScene>(m, "ContactScene",
                            "A few surfaces and the tool that touches them.")
       .def(py::init<const SceneParams&>(), py::arg("params") = SceneParams())

@@ -38,9 +38,8 @@ from dual_proxy.panda import (
     PandaModel,
     SensorReaction,
     add_panda_scene,
-    contact_truth,
     p_SE_S,
-    rotation_truth,
+    read_contacts,
 )
 from dual_proxy.replay import SceneDrawer
 from dual_proxy.scenario import Scenario
@@ -56,7 +55,6 @@ from dual_proxy.systems import (
 __all__ = ["Station", "build_station"]
 
 _FRAMES_PER_SECOND = 30
-_NO_CONTACT = np.zeros(11)
 
 
 class ContactTruthSystem(NativeTwin, LeafSystem):
@@ -77,15 +75,8 @@ class ContactTruthSystem(NativeTwin, LeafSystem):
 
     def _calc(self, context: Context, output: Any) -> None:
         results: Any = self._results.Eval(context)
-        truth = contact_truth(results, self._tool_body)
-        if truth.dimension == 0:
-            output.SetFromVector(_NO_CONTACT[: output.size()])
-            return
-        values = [*truth.force, *truth.normal, truth.dimension]
-        if self._rotations:
-            blocked = rotation_truth(results, self._tool_body)
-            values += [blocked.dimension, *blocked.free_axis]
-        output.SetFromVector(values)
+        values = read_contacts(results, self._tool_body, self._rotations)
+        output.SetFromVector(values[: output.size()])
 
 
 class Station:
