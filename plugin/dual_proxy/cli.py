@@ -2,9 +2,9 @@
 """The command `dual-proxy`.
 
 Exit status: 0 done, 2 bad usage or scenario (one clear line), 3 the run failed
-(what was logged until then is saved) or could not be saved. Ctrl-C, SIGTERM and
-SIGHUP end a run early: it has failed, and is saved. A reader of what is printed
-may go away (`| head -1`); the run goes on.
+(what was logged until then is saved), broke a limit of the real arm or could not
+be saved. Ctrl-C, SIGTERM and SIGHUP end a run early: it has failed, and is saved.
+A reader of what is printed may go away (`| head -1`); the run goes on.
 """
 
 from __future__ import annotations
@@ -21,7 +21,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
+from dual_proxy.metrics import (
+    ANGULAR_METRICS,
+    METRICS,
+    describe_broken_limits,
+    format_metric,
+)
 from dual_proxy.run import Run, RunError, change_scenario, run
 from dual_proxy.run_folder import RunFolder
 from dual_proxy.scenario import (
@@ -356,6 +361,9 @@ def _fault(result: Run) -> str:
     """What makes a finished run a failed one; empty if nothing does."""
     if not result.metrics["finite"]:
         return "the log holds values that are not finite"
+    if result.metrics["limits_broken"]:
+        broken = describe_broken_limits(result.log, result.scenario)
+        return f"limits of the arm were broken: {'; '.join(broken)}"
     return ""
 
 

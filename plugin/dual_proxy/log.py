@@ -76,6 +76,9 @@ SIGNALS: dict[str, Signal] = {
     "reference_force": Signal(_VECTOR, "N", "B", "F_r"),
     "sensed_force": Signal(_VECTOR, "N", "B", "F_s, on the environment, at E"),
     "sensed_moment": Signal(_VECTOR, "N m", "B", "M_s, on the environment, about E"),
+    "sensor_ready": Signal(
+        _SCALAR, "", "", "whether the force sensor's bias is known", True
+    ),
     "motion_force": Signal(_VECTOR, "N", "B", "F_m, command in motion space"),
     "force_space_force": Signal(_VECTOR, "N", "B", "F_f, command in force space"),
     "contact_force": Signal(

@@ -113,6 +113,7 @@ class RunFolder:
         try:
             fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
+            self._made.clear()  # It belongs to the other one.
             error.strerror = "another run is going to save there"
             error.filename = str(self.path)
             raise

@@ -39,9 +39,8 @@ from dual_proxy.panda import (
     PandaModel,
     SensorReaction,
     add_panda_scene,
-    contact_truth,
     p_SE_S,
-    rotation_truth,
+    read_contacts,
 )
 from dual_proxy.replay import SceneDrawer
 from dual_proxy.scenario import Scenario
@@ -59,7 +58,6 @@ __all__ = ["Station", "build_station"]
 _FRAMES_PER_SECOND = 30
 # Of the log, when they are moved to where it is kept.
 _ROWS_AT_A_TIME = 1000
-_NO_CONTACT = np.zeros(11)
 
 
 class ContactTruthSystem(NativeTwin, LeafSystem):
@@ -80,15 +78,8 @@ class ContactTruthSystem(NativeTwin, LeafSystem):
 
     def _calc(self, context: Context, output: Any) -> None:
         results: Any = self._results.Eval(context)
-        truth = contact_truth(results, self._tool_body)
-        if truth.dimension == 0:
-            output.SetFromVector(_NO_CONTACT[: output.size()])
-            return
-        values = [*truth.force, *truth.normal, truth.dimension]
-        if self._rotations:
-            blocked = rotation_truth(results, self._tool_body)
-            values += [blocked.dimension, *blocked.free_axis]
-        output.SetFromVector(values)
+        values = read_contacts(results, self._tool_body, self._rotations)
+        output.SetFromVector(values[: output.size()])
 
 
 class Station:
@@ -162,7 +153,7 @@ class Station:
         OSError
             If there is no space for it; the error names the folder.
         """
-        rows = math.ceil(duration / self.scenario.scene.time_step) + 1
+        rows = math.ceil(duration / self._log_period) + 1
         self._store = _core._RunLogStore(self._num_columns, rows)
 
     def log_frame(self) -> pd.DataFrame:
@@ -225,9 +216,9 @@ class Station:
             self._builder.Connect(port, everything.get_input_port(index))
         self._everything = everything.get_output_port()
         if logged:
-            period = self.scenario.scene.time_step
+            self._log_period = self.scenario.scene.time_step
             self._sink = LogVectorOutput(
-                self._everything, self._builder, publish_period=period
+                self._everything, self._builder, publish_period=self._log_period
             )
 
     def _add(self, name: str, system: type[NativeTwin], *args: Any) -> Any:

@@ -61,6 +61,12 @@ void RunLog::Validate() const {
   }
 }
 
+bool RunLog::Has(std::string_view name) const {
+  return std::any_of(
+      signals.begin(), signals.end(),
+      [name](const auto& signal) { return signal.name == name; });
+}
+
 const RunLog::Values<>& RunLog::Find(std::string_view name, int size) const {
   for (const auto& [signal, values] : signals) {
     if (signal != name) continue;

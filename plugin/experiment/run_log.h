@@ -55,6 +55,9 @@ struct RunLog {
     if (release) release();
   }
 
+  /** Whether there is a signal of this name. */
+  bool Has(std::string_view name) const;
+
   /** @throws std::invalid_argument naming the field or the signal. */
   void Validate() const;
 

@@ -376,7 +376,8 @@ RunLog MakeRunLog(const TeleopStation& station,
 MetricsParams MakeMetricsParams(const Scenario& scenario) {
   return {.map = scenario.map,
           .delay = scenario.link.delay(),
-          .has_filter = scenario.scheme == Scheme::kDualProxy};
+          .has_filter = scenario.scheme == Scheme::kDualProxy,
+          .control_period = scenario.controller.period};
 }
 
 }  // namespace dual_proxy

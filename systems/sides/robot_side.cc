@@ -24,6 +24,7 @@ void Visit(const RobotSideOutput& output, SignalSink* sink) {
   sink->Vector("reference_moment", proxy.reference_moment);
   sink->Vector("sensed_force", output.sensed_wrench.head<3>());
   sink->Vector("sensed_moment", output.sensed_wrench.tail<3>());
+  sink->Scalar("sensor_ready", output.sensor_ready);
   sink->Vector("motion_force", controller.motion_force);
   sink->Vector("motion_moment", controller.motion_moment);
   sink->Vector("force_space_force", controller.contact_force);
@@ -53,7 +54,8 @@ RobotSideProxyInput MakeProxyInput(const RobotSideInput& input) {
           .moment_selection = input.moment_selection,
           .has_sensed = true,
           .sensed_force = input.sensed_wrench.head<3>(),
-          .sensed_moment = input.sensed_wrench.tail<3>()};
+          .sensed_moment = input.sensed_wrench.tail<3>(),
+          .sensor_ready = input.sensor_ready};
 }
 
 }  // namespace
@@ -118,6 +120,7 @@ void RobotSide::Update(double time, const RobotSideInput& input,
   output.v = input.v;
   output.force_selection = input.force_selection;
   output.sensed_wrench = input.sensed_wrench;
+  output.sensor_ready = input.sensor_ready;
 
   proxy_.Update(time, MakeProxyInput(input), &state->proxy);
   output.proxy = state->proxy.output;

@@ -46,6 +46,9 @@ struct RobotSideInput {
   Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
   /** [force; moment about E], N, N m. */
   Vector6 sensed_wrench{Vector6::Zero()};
+  /** Whether the force sensor can be relied on; without it the robot holds its
+  place. */
+  bool sensor_ready{true};
 };
 
 /** The force-space particle filter's inputs; 3-vectors in B. */
@@ -81,6 +84,7 @@ struct RobotSideOutput {
   Vector7 v{Vector7::Zero()};     ///< rad/s.
   Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
   Vector6 sensed_wrench{Vector6::Zero()};
+  bool sensor_ready{false};
   std::int64_t link_dropped{0};  ///< Messages refused so far.
   std::int64_t bad_inputs{0};    ///< Cycles that the controller refused so far.
 };

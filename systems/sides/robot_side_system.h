@@ -39,6 +39,8 @@ input_ports:
 - reaction (only with a simulated sensor)
 - force_selection
 - moment_selection
+- sensor_ready (not with a simulated sensor)
+- tare (only with a simulated sensor)
 output_ports:
 - signals
 - torque
@@ -63,6 +65,10 @@ Input ports, in the base frame B unless said:
 - `reaction`, 6, in its place with a simulated sensor: [force; moment], N, N m,
   in S, of the arm on the tool.
 - `force_selection`, `moment_selection`, 9 each: row-major (optional, zero).
+- `sensor_ready`, 1: whether the force sensor can be relied on, > 0.5 if so
+  (optional: it can). Otherwise the robot holds its place.
+- `tare`, 1, in its place with a simulated sensor: asks for the sensor's bias to
+  be learned anew when it comes to exceed 0.5 (optional).
 
 Output ports:
 - `signals`, RobotSide::OutputSize(): all results, by RobotSide::OutputLayout().
@@ -114,6 +120,12 @@ class RobotSideSystem final : public Face<RobotSideMemory> {
   const InputPort& get_moment_selection_input_port() const {
     return get_input_port(4);
   }
+  /** @throws std::exception with a simulated sensor. */
+  const InputPort& get_sensor_ready_input_port() const {
+    return GetInputPort("sensor_ready");
+  }
+  /** @throws std::exception without a simulated sensor. */
+  const InputPort& get_tare_input_port() const { return GetInputPort("tare"); }
   const OutputPort& get_signals_output_port() const {
     return get_output_port(0);
   }

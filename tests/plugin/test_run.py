@@ -213,7 +213,8 @@ def test_saving_that_fails_leaves_nothing(tmp_path, monkeypatch):
 
 def test_saved_scenario_runs_from_anywhere(tmp_path, monkeypatch):
     (tmp_path / "motion.csv").write_text(
-        "t,px,py,pz\n" + "\n".join(f"{0.1 * i},0.45,{0.001 * i},0.48" for i in range(21))
+        "t,px,py,pz\n"
+        + "\n".join(f"{0.1 * i},0.45,{0.001 * i},0.48" for i in range(21))
     )
     monkeypatch.chdir(tmp_path)
     run = dp.run("plane", recording="motion.csv", duration=0.3)

@@ -88,6 +88,7 @@ TEST(AlgorithmTest, RobotSideProxy) {
     input.has_sensed = true;
     input.sensed_force = in.at("sensed_wrench").head<3>();
     input.sensed_moment = in.at("sensed_wrench").tail<3>();
+    input.sensor_ready = in.at("sensor_ready")(0) > 0.5;
     algorithm.Update(time, input, &state);
     const RobotSideProxyOutput& output = state.output;
     return Concatenate({output.motion_error, output.rotation_error,
@@ -251,14 +252,18 @@ TEST(AlgorithmTest, ForceTorqueSensor) {
   ForceTorqueSensorState state = algorithm.MakeState(params.sensor_seed);
   ExpectTheAlgorithm(
       "ForceTorqueSensor", [&](double time, const FlatInputs& in) {
-        const Matrix3d R_BE = PoseFromFlat(in.at("robot_pose")).R;
         // A simulated plant has no reaction before its first step.
         if (time > 0) {
-          algorithm.Update(in.at("reaction"), R_BE, R_BE * params.p_SE, &state);
+          algorithm.Update({.measured = in.at("reaction"),
+                            .X_BE = PoseFromFlat(in.at("robot_pose")),
+                            .p_SE = params.p_SE,
+                            .tare = in.at("tare")(0) > 0.5},
+                           &state);
         }
-        return state.wrench;
+        return Concatenate({state.adapter.wrench,
+                            Eigen::VectorXd::Constant(1, state.adapter.ready)});
       });
-  EXPECT_GT(state.wrench.norm(), 1);
+  EXPECT_EQ(state.adapter.tares, 1);
 }
 
 TEST(AlgorithmTest, SimulatedHapticDevice) {
@@ -293,6 +298,7 @@ void ExpectTheRobotSide(
     input.force_selection = MatrixFromFlat(in.at("force_selection"));
     input.moment_selection = MatrixFromFlat(in.at("moment_selection"));
     input.sensed_wrench = in.at("sensed_wrench");
+    input.sensor_ready = in.at("sensor_ready")(0) > 0.5;
     algorithm.Update(time, input, &state);
     const RobotSideOutput& output = state.output;
     VectorXd signals(RobotSide::OutputSize());
@@ -386,11 +392,14 @@ TEST(WiringTest, SimulatedSensorInFrontOfARobotSide) {
                   sensor->get_robot_pose_input_port());
   builder.Connect(sensor->get_sensed_wrench_output_port(),
                   side->get_sensed_wrench_input_port());
+  builder.Connect(sensor->get_ready_output_port(),
+                  side->get_sensor_ready_input_port());
   builder.ExportInput(sensor->get_reaction_input_port(), "reaction");
   for (const char* name : {"haptic_message", "robot_state", "force_selection",
                            "moment_selection"}) {
     builder.ExportInput(side->GetInputPort(name), name);
   }
+  builder.ExportInput(sensor->get_tare_input_port(), "tare");
   for (int i = 0; i < side->num_output_ports(); ++i) {
     builder.ExportOutput(side->get_output_port(i));
   }
@@ -664,6 +673,7 @@ TEST(GettersTest, ProxiesAndBaseline) {
   EXPECT_INPUT(robot, force_selection);
   EXPECT_INPUT(robot, moment_selection);
   EXPECT_INPUT(robot, sensed_wrench);
+  EXPECT_INPUT(robot, sensor_ready);
   EXPECT_OUTPUT(robot, motion_error);
   EXPECT_OUTPUT(robot, rotation_error);
   EXPECT_OUTPUT(robot, reference_force);
@@ -747,7 +757,9 @@ TEST(GettersTest, LinkAndSimulation) {
   const ForceTorqueSensorSystem sensor;
   EXPECT_INPUT(sensor, reaction);
   EXPECT_INPUT(sensor, robot_pose);
+  EXPECT_INPUT(sensor, tare);
   EXPECT_OUTPUT(sensor, sensed_wrench);
+  EXPECT_OUTPUT(sensor, ready);
   const SimulatedHapticDeviceSystem device(GetFaceParams().path);
   EXPECT_INPUT(device, device_wrench);
   EXPECT_OUTPUT(device, device_pose);
@@ -776,10 +788,12 @@ TEST(GettersTest, Sides) {
     EXPECT_OUTPUT(robot, mean_contact_force);
     if (simulated) {
       EXPECT_INPUT(robot, reaction);
+      EXPECT_INPUT(robot, tare);
       EXPECT_OUTPUT(robot, sensed_wrench);
       EXPECT_THROW(robot.get_sensed_wrench_input_port(), std::exception);
     } else {
       EXPECT_INPUT(robot, sensed_wrench);
+      EXPECT_INPUT(robot, sensor_ready);
       EXPECT_THROW(robot.get_reaction_input_port(), std::exception);
       EXPECT_THROW(robot.get_sensed_wrench_output_port(), std::exception);
     }

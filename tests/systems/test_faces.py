@@ -900,6 +900,7 @@ def both_ways(name, sources):
         links = [
             (side, "robot_pose", front),
             (front, "sensed_wrench", side),
+            (front, "ready", side, "sensor_ready"),
         ]
         more = "sensed_wrench"
     else:
@@ -912,10 +913,11 @@ def both_ways(name, sources):
             (front, "device_velocity", side),
         ]
         more = "device_pose"
-    for source, port, target in links:
-        builder.Connect(source.GetOutputPort(port), target.GetInputPort(port))
+    for source, port, target, *other in links:
+        name = other[0] if other else port
+        builder.Connect(source.GetOutputPort(port), target.GetInputPort(name))
     for port, function in {**entry.sources, **sources}.items():
-        target = front if port == "reaction" else side
+        target = front if port in ("reaction", "tare") else side
         source = builder.AddSystem(Source(function))
         builder.Connect(source.get_output_port(), target.GetInputPort(port))
     for i in range(side.num_output_ports()):

@@ -27,6 +27,7 @@ from dual_proxy.systems._face import (
     State,
     Vector,
     check_vector,
+    flag,
     matrix,
     message,
     pose,
@@ -134,6 +135,12 @@ class RobotSide(_Side):
                           # tool (only with a simulated sensor)
     - force_selection     # 9, row-major 3x3 (optional, zero)
     - moment_selection    # 9, row-major 3x3 (optional, zero)
+    - sensor_ready        # 1, > 0.5 if the force sensor can be relied on
+                          # (optional: it can); otherwise the robot holds its
+                          # place (not with a simulated sensor)
+    - tare                # 1, asks for the sensor's bias to be learned anew when
+                          # it comes to exceed 0.5 (optional; only with a
+                          # simulated sensor)
     output_ports:
     - signals             # all results, see `layout` (name -> slice)
     - torque              # 7, N m, with gravity compensation
@@ -205,6 +212,7 @@ class RobotSide(_Side):
             self._reaction = declare("reaction", 6)
         self._force_selection = declare("force_selection", 9)
         self._moment_selection = declare("moment_selection", 9)
+        self._flag = declare("sensor_ready" if sensor is None else "tare", 1)
         self._model = model = model or PandaModel()
         torque: Any = np.zeros(NUM_JOINTS)
         if q_start is not None:
@@ -282,12 +290,18 @@ class RobotSide(_Side):
             if hardware is None
             else hardware.wrench,
             side,
+            flag(self._flag, context, True) if hardware is None else hardware.ready,
         )
         # A simulated plant has no reaction before its first step.
         if hardware is not None and time > 0:
-            R_BE = terms.R_BE
-            reaction = self._reaction.Eval(context)
-            self._sensor.update(reaction, R_BE, R_BE @ self._p_SE, hardware)
+            self._sensor.update(
+                self._reaction.Eval(context),
+                terms.p_BE,
+                terms.R_BE,
+                self._p_SE,
+                hardware,
+                flag(self._flag, context, False),
+            )
         torque: Vector = side.output.torque
         return torque
 
