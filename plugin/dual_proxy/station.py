@@ -172,7 +172,7 @@ class Station:
             self._builder.Connect(port, everything.get_input_port(index))
         self._everything = everything.get_output_port()
         if logged:
-            period = self.scenario.scene.time_step
+            period = self.scenario.control_period
             self._sink = LogVectorOutput(
                 self._everything, self._builder, publish_period=period
             )
@@ -313,7 +313,7 @@ class Station:
                 "position_force",
                 PositionForceHapticSide,
                 scenario.position_force,
-                scenario.scene.time_step,
+                scenario.control_period,
             )
             self._ports["position_force"] = acting.GetOutputPort("device_wrench")
             self._ports["position_force_link"] = acting.GetOutputPort("link_status")
@@ -326,7 +326,7 @@ class Station:
     def _add_link(self) -> None:
         """Both directions of the link: all that the two sides share."""
         link = self.scenario.link
-        step = self.scenario.scene.time_step
+        step = self.scenario.control_period
         to_robot = self._add(
             "to_robot",
             CommunicationChannel,

@@ -122,7 +122,7 @@ void Scenario::Distribute() {
   for (TimeDomainPassivityParams* loop :
        {&controller.force_passivity, &controller.moment_passivity}) {
     loop->enabled = controller.passivity;
-    loop->period = scene.time_step;
+    loop->period = control_period;
   }
   sensor.tool_mass = scene.tool_mass;
   sensor.tool_com = kToolCom;
@@ -131,7 +131,7 @@ void Scenario::Distribute() {
        {&link.sender.period, &robot_proxy.period, &robot_proxy.limiter.period,
         &controller.period, &haptic_proxy.period, &haptic_controller.period,
         &device.period, &sensor.period}) {
-    *period = scene.time_step;
+    *period = control_period;
   }
 }
 
@@ -147,6 +147,8 @@ void Scenario::CheckFields() {
     ThrowUnlessInRange(
         "Scenario", "seed", static_cast<double>(seed), 0,
         static_cast<double>(std::numeric_limits<std::int64_t>::max()));
+    ThrowUnlessInRange("Scenario", "control_period", control_period, 1e-5,
+                       1e-2);
   });
   Checker checker(name);
   VisitFields(&checker, true);
@@ -169,15 +171,15 @@ void Scenario::CheckAcross() const {
         name, ".link.max_age: expected more than the delay and a message ",
         "interval (", delay + interval, " s), got ", link.monitor.max_age));
   }
-  if (filter.period < scene.time_step) {
+  if (filter.period < control_period) {
     throw ScenarioError(
-        Join(name, ".filter.period: expected at least scene.time_step (",
-             scene.time_step, " s), got ", filter.period));
+        Join(name, ".filter.period: expected at least control_period (",
+             control_period, " s), got ", filter.period));
   }
-  if (angular_filter.filter.period < scene.time_step) {
-    throw ScenarioError(Join(
-        name, ".angular_filter.period: expected at least scene.time_step (",
-        scene.time_step, " s), got ", angular_filter.filter.period));
+  if (angular_filter.filter.period < control_period) {
+    throw ScenarioError(
+        Join(name, ".angular_filter.period: expected at least control_period (",
+             control_period, " s), got ", angular_filter.filter.period));
   }
   if (operator_params.recording.empty()) CheckWaypoints();
 }

@@ -204,7 +204,7 @@ class StationBuilder {
     builder_.Connect(device->get_device_velocity_output_port(),
                      haptic_side_->get_device_velocity_input_port());
     position_force_ = Add<PositionForceHapticSideSystem>(
-        "position_force", scenario_.position_force, scenario_.scene.time_step);
+        "position_force", scenario_.position_force, scenario_.control_period);
     builder_.Connect(position_force_->get_device_wrench_output_port(),
                      device->get_device_wrench_input_port());
     builder_.ExportOutput(device->get_device_pose_output_port(), "device_pose");
@@ -238,7 +238,7 @@ class StationBuilder {
     using Poses = CommunicationChannelSystem<PoseMessage>;
     using Forces = CommunicationChannelSystem<ForceMessage>;
     const LinkParams& link = scenario_.link;
-    const double step = scenario_.scene.time_step;
+    const double step = scenario_.control_period;
     auto* to_robot =
         Add<Poses>("to_robot", link.channel,
                    scenario_.CalcSeed(Stream::kToRobot), link.rate(), step);
@@ -275,7 +275,7 @@ class StationBuilder {
       builder_.Connect(*logged_[i], everything->get_input_port(i));
     }
     log_ = LogVectorOutput(everything->get_output_port(0), &builder_,
-                           scenario_.scene.time_step);
+                           scenario_.control_period);
   }
 
   DiagramBuilder<double>& builder_;

@@ -9,7 +9,7 @@ using State = PositionForceHapticSideState;
 
 PositionForceHapticSideSystem::PositionForceHapticSideSystem(
     const PositionForceHapticSideParams& params, double period)
-    : Face(Feedthrough::kYes), side_(params) {
+    : Face(Feedthrough::kNo), side_(params) {
   ThrowUnlessPositive("PositionForceHapticSideSystem", "period", period);
   DeclareValueInput<ForceMessage>("force_message");
   DeclareMemory(side_.MakeState(), period);

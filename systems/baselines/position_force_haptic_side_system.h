@@ -26,7 +26,9 @@ Output ports:
   device on the hand.
 - `link_status`, kLinkStatusSize: LinkStatusVector().
 
-Steps every `period`, with feedthrough. */
+Steps every `period`; the outputs are those of the last step, zero before the
+first, without feedthrough: what it commands acts on the device one step later,
+as with every other scheme. */
 class PositionForceHapticSideSystem final
     : public Face<PositionForceHapticSideState> {
  public:

@@ -307,7 +307,7 @@ TEST(ScenarioTest, WhatIsBelowADerivedKeyHasItsSource) {
 
 TEST(ScenarioTest, SharedValuesAreDistributed) {
   Scenario dut = ValidScenario();
-  dut.scene.time_step = 5e-4;
+  dut.control_period = 5e-4;
   dut.scene.start_position << 0.5, 0.01, 0.2;
   dut.scene.tool_mass = 0.3;
   dut.scene.gravity = 9.8;
@@ -404,7 +404,7 @@ TEST(ScenarioTest, FieldsThatContradictEachOtherAreNamed) {
             "tiny.link.max_age: expected more than the delay and a message "
             "interval (0.52 s), got 0.5");
   EXPECT_EQ(ErrorAfter([](S* s) { s->filter.period = 5e-4; }),
-            "tiny.filter.period: expected at least scene.time_step (0.001 s), "
+            "tiny.filter.period: expected at least control_period (0.001 s), "
             "got 0.0005");
 }
 
@@ -480,7 +480,7 @@ TEST(ScenarioTest, TheAngularFilterIsOffAndPartOfTheDualProxy) {
   EXPECT_FALSE(dut.has_angular_filter());
   dut.angular_filter.filter.period = 1e-4;
   EXPECT_EQ(InvalidArgument([&] { dut.Validate(); }),
-            "tiny.angular_filter.period: expected at least scene.time_step "
+            "tiny.angular_filter.period: expected at least control_period "
             "(0.001 s), got 0.0001");
   dut.angular_filter.filter.update_thresholds.force_high = 0.01;
   EXPECT_EQ(

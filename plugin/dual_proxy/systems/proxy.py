@@ -163,7 +163,9 @@ class PositionForceHapticSide(Face):
     - link_status       # 7, see LINK_STATUS_FIELDS
     @endsystem
 
-    Steps every `period`, with feedthrough.
+    Steps every `period`; the outputs are those of the last step, zero before the
+    first: what it commands acts on the device one step later, as with every
+    other scheme.
 
     Parameters
     ----------
@@ -176,7 +178,7 @@ class PositionForceHapticSide(Face):
         params: _core.PositionForceHapticSideParams | None = None,
         period: float = 0.001,
     ) -> None:
-        super().__init__(feedthrough=True)
+        super().__init__(feedthrough=False)
         check_positive("PositionForceHapticSide", "period", period)
         self._side = _core.PositionForceHapticSide(
             deepcopy(params or _core.PositionForceHapticSideParams())
