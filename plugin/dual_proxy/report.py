@@ -17,7 +17,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from dual_proxy.log import replace_file, signal
+from dual_proxy.log import (
+    ANGULAR_SIGNALS,
+    SIGNALS,
+    counts,
+    replace_file,
+    signal,
+)
 from dual_proxy.metrics import (
     ANGULAR_METRICS,
     METRICS,
@@ -144,6 +150,7 @@ def render_report(
             "</p></section>"
         )
     parts.append(_metrics_table(metrics))
+    parts.append(_counters_table(log))
     if len(log) > 1:
         parts += [_section(log, scenario, *entry) for entry in _SECTIONS]
         if "moment_dimension" in log:
@@ -181,6 +188,24 @@ def _metrics_table(metrics: Mapping[str, Any]) -> str:
         '<div class="scroll"><table><thead><tr><th>metric</th><th>value</th>'
         f"<th>unit</th><th>what it is</th></tr></thead><tbody>{rows}</tbody>"
         "</table></div></section>"
+    )
+
+
+def _counters_table(log: pd.DataFrame) -> str:
+    described = SIGNALS | ANGULAR_SIGNALS
+    rows = "".join(
+        f'<tr><td><code>{name}</code></td><td class="number">{total}</td>'
+        f'<td class="note">{html.escape(described[name].description)}</td></tr>'
+        for name, total in counts(log).items()
+    )
+    if not rows:
+        return ""
+    return (
+        "<section><h2>Counters</h2><p>What both sides, the link and the simulated "
+        "hardware counted over the run; those that stayed at zero are left out."
+        '</p><div class="scroll"><table><thead><tr><th>counter</th><th>total</th>'
+        f"<th>what it counts</th></tr></thead><tbody>{rows}</tbody></table></div>"
+        "</section>"
     )
 
 

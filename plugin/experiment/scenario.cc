@@ -10,6 +10,7 @@
 
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/validate.h"
+#include "dual_proxy/control/loop_stability.h"
 #include "dual_proxy/experiment/recording.h"
 
 namespace dual_proxy {
@@ -18,6 +19,10 @@ namespace {
 // Share of the device's workspace that an intended path may use.
 constexpr double kReach = 0.95;
 constexpr double kMaxDelay = 10.0;  // s
+// Steps for which the gains are made, of control and of the plant, s.
+constexpr double kUsualStep = 1e-3;
+// How much longer both steps could be.
+constexpr double kStepMargin = 1.2;
 
 // Validates every struct among what it visits, the innermost first, and turns
 // "FooParams: field `x` expected ..." into "plane.foo.x: expected ...".
@@ -66,6 +71,42 @@ std::string Join(const Parts&... parts) {
   std::ostringstream line;
   (line << ... << parts);
   return line.str();
+}
+
+// Of the contact that a loop is tried on.
+double ContactDamping(const PandaSceneParams& scene) {
+  constexpr double kForce = 5;  // N
+  return scene.contact_approximation == ContactApproximation::kSap
+             ? scene.contact_stiffness * scene.relaxation_time
+             : kForce * scene.contact_dissipation;
+}
+
+// What is not stable with these steps, or nothing.
+std::string FindUnstableLoop(const Scenario& scenario, double control_period,
+                             double time_step) {
+  if (control_period <= kUsualStep && time_step <= kUsualStep) return {};
+  const double period = kStepMargin * control_period;
+  const double step = kStepMargin * time_step;
+  const OperationalSpaceControllerParams& controller = scenario.controller;
+  if (!MotionLoopSettles(controller.position_stiffness,
+                         controller.position_damping, period, step)) {
+    return Join("motion control (controller.position_damping ",
+                controller.position_damping, ") swings");
+  }
+  if (!MotionLoopSettles(controller.rotation_stiffness,
+                         controller.rotation_damping, period, step)) {
+    return Join("motion control (controller.rotation_damping ",
+                controller.rotation_damping, ") swings");
+  }
+  if (scenario.scheme != Scheme::kDualProxy) return {};
+  ForceLoopParams loop = MakeForceLoopParams(controller);
+  loop.period = period;
+  const ContactModel contact{
+      .stiffness = scenario.scene.contact_stiffness,
+      .damping = ContactDamping(scenario.scene)};
+  if (ForceLoopSettles(loop, contact, step)) return {};
+  return Join("force control (controller.force_gain ", controller.force_gain,
+              ") swings on a contact of ", contact.stiffness, " N/m");
 }
 
 }  // namespace
@@ -181,7 +222,33 @@ void Scenario::CheckAcross() const {
         Join(name, ".angular_filter.period: expected at least control_period (",
              control_period, " s), got ", angular_filter.filter.period));
   }
+  CheckPeriods();
   if (operator_params.recording.empty()) CheckWaypoints();
+}
+
+void Scenario::CheckPeriods() const {
+  const std::string unstable =
+      FindUnstableLoop(*this, control_period, scene.time_step);
+  if (unstable.empty()) return;
+  constexpr double kSteps[] = {8e-3,   6e-3, 5e-3,   4e-3, 3e-3,
+                               2.5e-3, 2e-3, 1.5e-3, 1e-3};
+  for (const double step : kSteps) {
+    if (step < control_period &&
+        FindUnstableLoop(*this, step, scene.time_step).empty()) {
+      throw ScenarioError(Join(name, ".control_period: expected at most ", step,
+                               " s with scene.time_step ", scene.time_step,
+                               " s, as ", unstable, ", got ", control_period));
+    }
+  }
+  for (const double step : kSteps) {
+    if (step < scene.time_step &&
+        FindUnstableLoop(*this, std::min(control_period, kUsualStep), step)
+            .empty()) {
+      throw ScenarioError(Join(name, ".scene.time_step: expected at most ",
+                               step, " s, as ", unstable, ", got ",
+                               scene.time_step));
+    }
+  }
 }
 
 void Scenario::CheckWaypoints() const {

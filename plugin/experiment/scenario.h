@@ -205,7 +205,10 @@ struct Scenario {
   bool extend_for_delay{true};
   /** Of everything random, >= 0. */
   std::int64_t seed{0};
-  /** Of both sides' control, s, 1e-5 to 0.01. */
+  /** Of both sides' control, s, 1e-5 to 0.01. Beyond 1 ms, for which the gains
+  are made, only as long as the law is stable with it: control_period and
+  scene.time_step together may be 20 % longer before a loop does not come to
+  rest (control/loop_stability.h). */
   double control_period{1e-3};
   PandaSceneParams scene;
   WorkspaceMapParams map;
@@ -319,6 +322,7 @@ struct Scenario {
 
   void CheckFields();
   void CheckAcross() const;
+  void CheckPeriods() const;
   void CheckWaypoints() const;
   OperatorPathParams CalcRecordedPath() const;
 };

@@ -21,6 +21,12 @@ PositionForceHapticSideSystem::PositionForceHapticSideSystem(
                       [](const State& state, Vector status) {
                         status = LinkStatusVector(state.link);
                       });
+  DeclareVectorOutput("link_counters", 5, [](const State& state, Vector count) {
+    const LinkMonitorState& link = state.link;
+    count << static_cast<double>(link.dropped + link.bad_inputs),
+        static_cast<double>(link.bad_inputs), static_cast<double>(link.gaps),
+        static_cast<double>(link.spikes), static_cast<double>(link.losses);
+  });
 }
 
 void PositionForceHapticSideSystem::Step(const Context& context,

@@ -116,6 +116,10 @@ struct OperationalSpaceControllerParams {
   }
 };
 
+/** The force loop of a controller with these parameters. */
+ForceLoopParams MakeForceLoopParams(
+    const OperationalSpaceControllerParams& params);
+
 /** Operational-space quantities of one configuration. */
 struct OperationalSpaceInertia {
   Matrix6 Lambda{Matrix6::Zero()};  ///< Eq. (11), bounded; kg, kg m, kg m^2.

@@ -27,6 +27,14 @@ CommunicationChannelSystem<Message>::CommunicationChannelSystem(
   this->DeclareAbstractOutputPort("message",
                                   &CommunicationChannelSystem::CalcMessage,
                                   {this->result_ticket(), this->time_ticket()});
+  using State = CommunicationChannelState<Message>;
+  this->DeclareVectorOutput(
+      "counters", 3,
+      [](const State& state, Eigen::Ref<Eigen::VectorXd> counters) {
+        counters << static_cast<double>(state.lost),
+            static_cast<double>(state.overflow),
+            static_cast<double>(state.refused);
+      });
 }
 
 template <class Message>

@@ -17,12 +17,16 @@ input_ports:
 - message
 output_ports:
 - message
+- counters
 @endsystem
 
 Input port: `message`, abstract Message: the sender's newest.
 
-Output port: `message`, abstract Message: the newest that has arrived, the empty
-one (sequence -1) before the first arrival.
+Output ports:
+- `message`, abstract Message: the newest that has arrived, the empty one
+  (sequence -1) before the first arrival.
+- `counters`, 3: messages lost on the way, pushed out of the full channel,
+  refused because not finite.
 
 A message that the sender makes in a step at t is there for the receiver's first
 step after t + delay: with the delay a multiple of the control period, always
@@ -54,6 +58,9 @@ class CommunicationChannelSystem final
   }
   const OutputPort& get_message_output_port() const {
     return this->get_output_port(0);
+  }
+  const OutputPort& get_counters_output_port() const {
+    return this->get_output_port(1);
   }
 
  private:

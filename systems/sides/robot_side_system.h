@@ -50,6 +50,7 @@ output_ports:
 - mean_motion_force
 - mean_contact_force
 - sensed_wrench (only with a simulated sensor)
+- sensor_bad_inputs (likewise)
 - mean_sensed_moment (only with an angular filter)
 - mean_angular_velocity (likewise)
 - mean_motion_moment (likewise)
@@ -73,6 +74,7 @@ Output ports:
 - `mean_...`, 3 each, N, m/s, N, N: the filter's inputs, means over its current
   period.
 - `sensed_wrench`, 6: as the input of that name (only with a simulated sensor).
+- `sensor_bad_inputs`, 1: samples that the sensor refused so far (likewise).
 - `mean_sensed_moment`, `mean_angular_velocity`, `mean_motion_moment`,
   `mean_contact_moment`, 3 each, N m, rad/s, N m, N m: the angular filter's
   inputs, likewise (only where `params.angular_filter_period` > 0).
@@ -144,6 +146,10 @@ class RobotSideSystem final : public Face<RobotSideMemory> {
   /** @throws std::exception without a simulated sensor. */
   const OutputPort& get_sensed_wrench_output_port() const {
     return GetOutputPort("sensed_wrench");
+  }
+  /** @throws std::exception without a simulated sensor. */
+  const OutputPort& get_sensor_bad_inputs_output_port() const {
+    return GetOutputPort("sensor_bad_inputs");
   }
   /** @throws std::exception without an angular filter. */
   const OutputPort& get_mean_sensed_moment_output_port() const {

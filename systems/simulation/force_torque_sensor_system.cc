@@ -19,6 +19,9 @@ ForceTorqueSensorSystem::ForceTorqueSensorSystem(
   DeclareVectorOutput(
       "sensed_wrench", 6,
       [](const State& state, Vector wrench) { wrench = state.wrench; });
+  DeclareVectorOutput("bad_inputs", 1, [](const State& state, Vector count) {
+    count[0] = static_cast<double>(state.bad_inputs);
+  });
 }
 
 void ForceTorqueSensorSystem::Step(const Context& context, State* state) const {

@@ -17,6 +17,7 @@ input_ports:
 - robot_pose
 output_ports:
 - sensed_wrench
+- bad_inputs
 @endsystem
 
 Input ports:
@@ -24,12 +25,13 @@ Input ports:
   the tool.
 - `robot_pose`, abstract RigidTransformd: X_BE.
 
-Output port:
+Output ports:
 - `sensed_wrench`, 6: [force; moment] at E, N, N m, in the base frame B, of the
   robot on its environment.
+- `bad_inputs`, 1: samples refused so far.
 
 Steps every `params.period`, for the first time after one period, as a simulated
-plant has no reaction before its first step. The output is that of the last
+plant has no reaction before its first step. The outputs are those of the last
 step, zero before the first, without feedthrough. */
 class ForceTorqueSensorSystem final : public Face<ForceTorqueSensorState> {
  public:
@@ -47,6 +49,9 @@ class ForceTorqueSensorSystem final : public Face<ForceTorqueSensorState> {
   }
   const OutputPort& get_sensed_wrench_output_port() const {
     return get_output_port(0);
+  }
+  const OutputPort& get_bad_inputs_output_port() const {
+    return get_output_port(1);
   }
 
  private:

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -59,6 +60,13 @@ void ForEachStep(const std::string& face, double period,
     }
   }
   EXPECT_GE(steps, 25);
+}
+
+// What a port of counters shows.
+VectorXd Counts(std::initializer_list<std::int64_t> counters) {
+  VectorXd result(static_cast<Eigen::Index>(counters.size()));
+  std::copy(counters.begin(), counters.end(), result.begin());
+  return result;
 }
 
 // The face gives the same bits, step by step, as the algorithm alone does for
@@ -133,7 +141,9 @@ TEST(AlgorithmTest, ForceSpaceParticleFilter) {
                             VectorXd::Constant(1, state.dimension),
                             Matrix3Xd(state.particles).reshaped(), direction,
                             Eigen::Vector2d(state.direction_uncertainty,
-                                            state.dimension_confidence)});
+                                            state.dimension_confidence),
+                            Counts({state.bad_inputs,
+                                    state.all_weights_zero})});
       },
       params.period);
   EXPECT_EQ(state.dimension, 1);
@@ -206,8 +216,11 @@ TEST(AlgorithmTest, PositionForceHapticSide) {
       "PositionForceHapticSide", [&](double time, const FlatInputs& in) {
         algorithm.Update(time, ForceMessageFromFlat(in.at("force_message")),
                          &state);
-        return Concatenate({state.reference_force, Vector3d::Zero(),
-                            LinkStatusVector(state.link)});
+        const LinkMonitorState& link = state.link;
+        return Concatenate(
+            {state.reference_force, Vector3d::Zero(), LinkStatusVector(link),
+             Counts({link.dropped + link.bad_inputs, link.bad_inputs, link.gaps,
+                     link.spikes, link.losses})});
       });
   EXPECT_GT(state.reference_force.norm(), 0.1);
 }
@@ -256,7 +269,7 @@ TEST(AlgorithmTest, ForceTorqueSensor) {
         if (time > 0) {
           algorithm.Update(in.at("reaction"), R_BE, R_BE * params.p_SE, &state);
         }
-        return state.wrench;
+        return Concatenate({state.wrench, Counts({state.bad_inputs})});
       });
   EXPECT_GT(state.wrench.norm(), 1);
 }
@@ -270,8 +283,8 @@ TEST(AlgorithmTest, SimulatedHapticDevice) {
         const OperatorPathSample sample = path.Calc(time);
         algorithm.Update({.p = sample.position, .R = sample.rotation},
                          sample.velocity, in.at("device_wrench"), &state);
-        return Concatenate(
-            {Flatten(state.read_pose), state.read_velocity, state.intended.p});
+        return Concatenate({Flatten(state.read_pose), state.read_velocity,
+                            state.intended.p, Counts({state.bad_inputs})});
       });
   EXPECT_GT(state.read_pose.p.norm(), 1e-4);
 }
@@ -395,6 +408,8 @@ TEST(WiringTest, SimulatedSensorInFrontOfARobotSide) {
     builder.ExportOutput(side->get_output_port(i));
   }
   builder.ExportOutput(sensor->get_sensed_wrench_output_port());
+  builder.ExportOutput(sensor->get_bad_inputs_output_port(),
+                       "sensor_bad_inputs");
 
   FacePlayer fused("RobotSideWithSensor");
   FacePlayer separate("RobotSideWithSensor", builder.Build());
@@ -417,6 +432,8 @@ TEST(WiringTest, SimulatedDeviceInFrontOfAHapticSide) {
     builder.ExportOutput(side->get_output_port(i));
   }
   builder.ExportOutput(device->get_device_pose_output_port());
+  builder.ExportOutput(device->get_bad_inputs_output_port(),
+                       "device_bad_inputs");
 
   FacePlayer fused("HapticSideWithDevice");
   FacePlayer separate("HapticSideWithDevice", builder.Build());

@@ -76,6 +76,8 @@ class CommunicationChannel(Face):
     - message   # PoseMessage or ForceMessage
     output_ports:
     - message   # of the same type: the newest that has arrived
+    - counters  # 3, messages so far: lost on the way, pushed out of the full
+                # channel, refused because not finite
     @endsystem
 
     A message that the sender makes in a step at t is there for the receiver's
@@ -128,6 +130,9 @@ class CommunicationChannel(Face):
             lambda: AbstractValue.Make(model),
             self._calc_message,
             {*self._prerequisites, self.time_ticket()},
+        )
+        self._declare_vector_output(
+            "counters", 3, lambda state: (state.lost, state.overflow, state.refused)
         )
 
     def _step(self, context: Context, state: Any) -> None:

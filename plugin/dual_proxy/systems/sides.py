@@ -72,6 +72,7 @@ class _Side(NativeTwin, LeafSystem):
         acting = self.DeclareDiscreteState(value)
         self._acting_index = int(acting)
         self.DeclareStateOutputPort(name, acting)
+        self._refused = self.DeclareDiscreteState(1) if hardware is not None else None
         self.DeclarePeriodicUnrestrictedUpdateEvent(self._period, 0.0, self._advance)
 
     def _states(self, context: Context) -> Any:
@@ -117,6 +118,8 @@ class _Side(NativeTwin, LeafSystem):
         outputs = state.get_mutable_discrete_state()
         outputs.set_value(self._signals_index, side.output.as_vector())
         outputs.set_value(self._acting_index, acts)
+        if hardware is not None:
+            outputs.set_value(int(self._refused), [hardware.bad_inputs])
         return EventStatus.Succeeded()
 
 
@@ -146,6 +149,7 @@ class RobotSide(_Side):
     - mean_contact_force  # 3, N, likewise
     - sensed_wrench       # 6, as the input of that name (only with a simulated
                           # sensor)
+    - sensor_bad_inputs   # 1, samples that the sensor refused so far (likewise)
     - mean_sensed_moment    # 3, N m, mean over the angular filter's period (only
                             # with an angular filter)
     - mean_angular_velocity # 3, rad/s (likewise)
@@ -243,6 +247,7 @@ class RobotSide(_Side):
                 ),
                 {self.abstract_state_ticket(self._memory)},
             )
+            self.DeclareStateOutputPort("sensor_bad_inputs", self._refused)
         if self._side.params.angular_filter_period > 0:
             for name in (
                 "sensed_moment",
@@ -309,6 +314,8 @@ class HapticSide(_Side):
     - message             # PoseMessage, to the robot side
     - device_pose         # as the input of that name (only with a simulated
                           # device)
+    - device_bad_inputs   # 1, steps with an input that the device refused so far
+                          # (likewise)
     @endsystem
 
     Everything in the device's frame D. Steps every `params.controller.period`;
@@ -368,6 +375,7 @@ class HapticSide(_Side):
                 self._calc_pose,
                 {self.abstract_state_ticket(self._memory)},
             )
+            self.DeclareStateOutputPort("device_bad_inputs", self._refused)
 
     def _calc_pose(self, context: Context, output: Output) -> None:
         read = self._states(context)[1].read_pose
