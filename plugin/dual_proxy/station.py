@@ -352,6 +352,8 @@ class Station:
             self.scenario.calc_seed("to_robot"),
             link.rate,
             step,
+            _core.PoseMessage(),
+            True,
         )
         self._connect(self._haptic_side, "message", to_robot, "message")
         self._connect(to_robot, "message", self._robot_side, "haptic_message")
@@ -364,6 +366,7 @@ class Station:
             link.rate,
             step,
             _core.PoseMessage() if dual_proxy else _core.ForceMessage(),
+            True,
         )
         self._connect(
             self._robot_side,

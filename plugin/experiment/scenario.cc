@@ -101,9 +101,8 @@ std::string FindUnstableLoop(const Scenario& scenario, double control_period,
   if (scenario.scheme != Scheme::kDualProxy) return {};
   ForceLoopParams loop = MakeForceLoopParams(controller);
   loop.period = period;
-  const ContactModel contact{
-      .stiffness = scenario.scene.contact_stiffness,
-      .damping = ContactDamping(scenario.scene)};
+  const ContactModel contact{.stiffness = scenario.scene.contact_stiffness,
+                             .damping = ContactDamping(scenario.scene)};
   if (ForceLoopSettles(loop, contact, step)) return {};
   return Join("force control (controller.force_gain ", controller.force_gain,
               ") swings on a contact of ", contact.stiffness, " N/m");

@@ -75,9 +75,8 @@ class StationBuilder {
                   std::initializer_list<const char*> names) {
     std::vector<SignalSlice> layout;
     for (const char* name : names) {
-      layout.push_back({.name = name,
-                        .start = static_cast<int>(layout.size()),
-                        .size = 1});
+      layout.push_back(
+          {.name = name, .start = static_cast<int>(layout.size()), .size = 1});
     }
     Log(port, layout);
   }
@@ -239,10 +238,10 @@ class StationBuilder {
     Log(position_force_->get_link_status_output_port(),
         {{.name = "haptic_link_status", .start = 0, .size = 1},
          {.name = "haptic_link_age", .start = 1, .size = 1}});
-    LogScalars(position_force_->get_link_counters_output_port(),
-               {"haptic_link_dropped", "haptic_link_bad_messages",
-                "haptic_link_gaps", "haptic_link_spikes",
-                "haptic_link_losses"});
+    LogScalars(
+        position_force_->get_link_counters_output_port(),
+        {"haptic_link_dropped", "haptic_link_bad_messages", "haptic_link_gaps",
+         "haptic_link_spikes", "haptic_link_losses"});
     Log(device->get_bad_inputs_output_port(), "device_bad_inputs");
     std::vector<SignalSlice> motion;
     for (const SignalSlice& signal : HapticSide::OutputLayout()) {
@@ -264,9 +263,9 @@ class StationBuilder {
     using Forces = CommunicationChannelSystem<ForceMessage>;
     const LinkParams& link = scenario_.link;
     const double step = scenario_.control_period;
-    auto* to_robot =
-        Add<Poses>("to_robot", link.channel,
-                   scenario_.CalcSeed(Stream::kToRobot), link.rate(), step);
+    auto* to_robot = Add<Poses>("to_robot", link.channel,
+                                scenario_.CalcSeed(Stream::kToRobot),
+                                link.rate(), step, true);
     builder_.Connect(haptic_side_->get_message_output_port(),
                      to_robot->get_message_input_port());
     builder_.Connect(to_robot->get_message_output_port(),
@@ -274,18 +273,18 @@ class StationBuilder {
     LogScalars(to_robot->get_counters_output_port(),
                {"to_robot_lost", "to_robot_overflow", "to_robot_refused"});
     if (scenario_.scheme == Scheme::kDualProxy) {
-      auto* to_device =
-          Add<Poses>("to_device", link.channel,
-                     scenario_.CalcSeed(Stream::kToDevice), link.rate(), step);
+      auto* to_device = Add<Poses>("to_device", link.channel,
+                                   scenario_.CalcSeed(Stream::kToDevice),
+                                   link.rate(), step, true);
       builder_.Connect(robot_side_->get_message_output_port(),
                        to_device->get_message_input_port());
       builder_.Connect(to_device->get_message_output_port(),
                        haptic_side_->get_robot_message_input_port());
       LogToDevice(to_device->get_counters_output_port());
     } else {
-      auto* to_device =
-          Add<Forces>("to_device", link.channel,
-                      scenario_.CalcSeed(Stream::kToDevice), link.rate(), step);
+      auto* to_device = Add<Forces>("to_device", link.channel,
+                                    scenario_.CalcSeed(Stream::kToDevice),
+                                    link.rate(), step, true);
       builder_.Connect(robot_side_->get_force_message_output_port(),
                        to_device->get_message_input_port());
       builder_.Connect(to_device->get_message_output_port(),

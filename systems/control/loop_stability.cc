@@ -68,8 +68,8 @@ bool ForceLoopSettles(const ForceLoopParams& params,
     const double h = time_step;
     const double m = contact.mass;
     const double x = plant->position;
-    double v = (m * plant->velocity + h * (command - k * x)) /
-               (m + h * c + h * h * k);
+    double v =
+        (m * plant->velocity + h * (command - k * x)) / (m + h * c + h * h * k);
     double force = k * (x + h * v) + c * v;
     if (force < 0) {  // It has left the surface.
       v = plant->velocity + h * command / m;
@@ -107,8 +107,8 @@ bool MotionLoopSettles(double stiffness, double damping, double period,
     // std::max() would drop what is not a number.
     if (time >= kDuration * 3 / 4 && !(distance <= last)) last = distance;
   };
-  RunLoop(period, time_step, 0, {.position = 1, .velocity = -0.1}, control, step,
-          watch);
+  RunLoop(period, time_step, 0, {.position = 1, .velocity = -0.1}, control,
+          step, watch);
   return last <= first;
 }
 

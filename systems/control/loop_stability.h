@@ -16,10 +16,10 @@ struct ContactModel {
 
 The very ForceLoop, passivity controller and all, holds 5 N on a mass that lies
 on a spring and a damper, and starts 10 % too deep. The loop samples every
-loop.period, the plant steps every `time_step` (implicit Euler); all that is due
-at an instant acts on what was there before it, as in a diagram. So velocity is
-one period late and force, which passes a sensor, two. The two steps need have
-nothing in common.
+loop.period, the plant steps every `time_step` (implicit Euler); the two need
+have nothing in common. All that is due at an instant acts on what was there
+before it, as in a diagram: a command acts from the plant's next step on, and
+the sensed force, which passes a sensor, is one period old.
 
 It is at rest if the force stays within 5 % from 1 s on.
 @param time_step s, > 0.
@@ -28,8 +28,7 @@ bool ForceLoopSettles(const ForceLoopParams& loop, const ContactModel& contact,
                       double time_step);
 
 /** The same for motion control of a free unit mass, a = -stiffness x - damping
-v, which starts beside its place: true if it does not swing farther with
-time.
+v, which starts beside its place: true if it does not swing farther with time.
 @param stiffness 1/s^2. @param damping 1/s. @param period s, > 0.
 @param time_step s, > 0. */
 bool MotionLoopSettles(double stiffness, double damping, double period,

@@ -77,11 +77,10 @@ RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
                         [](const Memory& memory, Vector wrench) {
                           wrench = memory.sensor.wrench;
                         });
-    DeclareVectorOutput("sensor_bad_inputs", 1,
-                        [](const Memory& memory, Vector count) {
-                          count[0] =
-                              static_cast<double>(memory.sensor.bad_inputs);
-                        });
+    DeclareVectorOutput(
+        "sensor_bad_inputs", 1, [](const Memory& memory, Vector count) {
+          count[0] = static_cast<double>(memory.sensor.bad_inputs);
+        });
   }
   if (params.angular_filter_period > 0) {
     using Means = AngularFilterMeans;

@@ -137,13 +137,13 @@ TEST(AlgorithmTest, ForceSpaceParticleFilter) {
                          in.at("motion_force"), in.at("contact_force"), &state);
         Vector3d direction = Vector3d::Zero();
         if (state.dimension > 0) direction = state.singular_vectors.col(0);
-        return Concatenate({Flatten(state.force_selection),
-                            VectorXd::Constant(1, state.dimension),
-                            Matrix3Xd(state.particles).reshaped(), direction,
-                            Eigen::Vector2d(state.direction_uncertainty,
-                                            state.dimension_confidence),
-                            Counts({state.bad_inputs,
-                                    state.all_weights_zero})});
+        return Concatenate(
+            {Flatten(state.force_selection),
+             VectorXd::Constant(1, state.dimension),
+             Matrix3Xd(state.particles).reshaped(), direction,
+             Eigen::Vector2d(state.direction_uncertainty,
+                             state.dimension_confidence),
+             Counts({state.bad_inputs, state.all_weights_zero})});
       },
       params.period);
   EXPECT_EQ(state.dimension, 1);
@@ -554,7 +554,10 @@ TEST(ForceSpaceParticleFilterSystemTest, BadPriorLeavesTheOneBefore) {
       }
       dut.Fix(inputs);
       if (i > 0) dut.StepTo(rows[i].time);
-      EXPECT_TRUE(SameBits(dut.Outputs(), expected[i])) << "row " << i;
+      // But for the counters, the last port.
+      const Eigen::Index size = expected[i].size() - 2;
+      EXPECT_TRUE(SameBits(dut.Outputs().head(size), expected[i].head(size)))
+          << "row " << i;
     }
     const auto& state =
         dut.context().get_abstract_state<ForceSpaceParticleFilterState>(0);
