@@ -106,6 +106,37 @@ void BindSelectionBlend(py::module_& m) {
           "the blend (3, 3).");
 }
 
+void BindJointLimits(py::module_& m) {
+  using P = JointLimitsParams;
+  BindParams<P>(m, "JointLimitsParams",
+                "Parameters of JointLimits; the defaults are the Panda's.")
+      .Field("lower", &P::lower, "(7,), rad: each joint's lower end")
+      .Field("upper", &P::upper, "(7,), rad: each joint's upper end")
+      .Field("speed", &P::speed, "(7,), rad/s, > 0: each joint's largest speed")
+      .Field("position_margin", &P::position_margin,
+             "rad, >= 0: kept free at both ends, default 0.05")
+      .Field("speed_margin", &P::speed_margin,
+             "[0, 1): share of `speed` kept free, default 0.1");
+  py::class_<JointLimits>(
+      m, "JointLimits",
+      "Keeps joints within their ends and speeds by damping that sets in "
+      "before them.")
+      .def(py::init<P>(), py::arg("params") = P{})
+      .def_property_readonly("params", &JointLimits::params,
+                             py::return_value_policy::copy)
+      .def(
+          "limit",
+          [](const JointLimits& self, const py::object& q, const py::object& v,
+             const py::object& acceleration) {
+            return self.Limit(AsFixed<Vector7>(q, "q"),
+                              AsFixed<Vector7>(v, "v"),
+                              AsFixed<Vector7>(acceleration, "acceleration"));
+          },
+          py::arg("q"), py::arg("v"), py::arg("acceleration"),
+          "What of a joint acceleration (7,), rad/s^2, is let through at q "
+          "(7,), rad, and v (7,), rad/s.");
+}
+
 void BindForceLoop(py::module_& m) {
   using P = ForceLoopParams;
   BindParams<P>(m, "ForceLoopParams",
@@ -115,6 +146,8 @@ void BindForceLoop(py::module_& m) {
       .Field("damping", &P::damping, "Kvf, N s/m, >= 0, default 20")
       .Field("max_integral_force", &P::max_integral_force,
              "N, >= 0: bound of the integral's force, default 10")
+      .Field("speed_limit", &P::speed_limit,
+             "m/s, > 0: how fast the loop may move the tool, default 0.1")
       .Field("filter_cutoff", &P::filter_cutoff,
              "Hz, >= 0: low-pass on the sensed force, 0 is off, default 100")
       .Field("release_time", &P::release_time,
@@ -175,6 +208,11 @@ void BindOperationalSpaceController(py::module_& m) {
              "N m s/rad, >= 0, default 0.8")
       .Field("max_integral_moment", &P::max_integral_moment,
              "N m, >= 0, default 1")
+      .Field("force_speed_limit", &P::force_speed_limit,
+             "m/s, > 0: how fast the tool may move in force space by the "
+             "loop's own doing, default 0.1")
+      .Field("moment_speed_limit", &P::moment_speed_limit,
+             "rad/s, > 0: likewise in moment space, default 1")
       .Field("force_filter_cutoff", &P::force_filter_cutoff,
              "Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100")
       .Field("feed_forward", &P::feed_forward,
@@ -203,9 +241,12 @@ void BindOperationalSpaceController(py::module_& m) {
              "kg, > 0: bound of the apparent mass, default 50")
       .Field("characteristic_length", &P::characteristic_length,
              "m, > 0: turns inertia into mass for max_mass, default 0.2")
+      .Field("joint_limits", &P::joint_limits, "JointLimitsParams")
       .Field("torque_limit", &P::torque_limit, "(7,), N m, > 0")
       .Field("torque_rate_limit", &P::torque_rate_limit,
              "N m/s, > 0, default 1000")
+      .Field("torque_margin", &P::torque_margin,
+             "[0, 1): share of both torque limits kept free, default 0.05")
       .Field("period", &P::period, "s, > 0, default 0.001");
 
   using O = OperationalSpaceControllerOutput;
@@ -237,6 +278,8 @@ void BindOperationalSpaceController(py::module_& m) {
       .def_readonly("bad_inputs", &S::bad_inputs, "cycles refused")
       .def_readonly("singular", &S::singular,
                     "cycles in which Lambda was bounded")
+      .def_readonly("joint_limited", &S::joint_limited,
+                    "cycles in which joint_limits acted")
       .def_readonly("torque_limited", &S::torque_limited,
                     "cycles in which torque_limit acted")
       .def_readonly("rate_limited", &S::rate_limited,
@@ -441,6 +484,7 @@ void BindHapticController(py::module_& m) {
 void BindControl(py::module_& m) {
   BindPassivity(m);
   BindSelectionBlend(m);
+  BindJointLimits(m);
   BindForceLoop(m);
   BindOperationalSpaceController(m);
   BindArmModel(m);

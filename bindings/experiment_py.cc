@@ -10,9 +10,9 @@
 #include <pybind11/functional.h>
 #include <pybind11/stl.h>
 
+#include "dual_proxy/common/arm_limits.h"
 #include "dual_proxy/experiment/metrics.h"
 #include "dual_proxy/experiment/recording.h"
-#include "dual_proxy/experiment/rotation_truth.h"
 #include "params.h"
 
 // dual_proxy.metrics and dual_proxy.recording are the typed faces of what is
@@ -54,6 +54,16 @@ std::optional<py::array_t<double>> RotationArray(
   return array;
 }
 
+void BindArmLimits(py::module_& m) {
+  const ArmLimits limits;
+  py::dict values;
+  values["joint_lower"] = limits.joint_lower;
+  values["joint_upper"] = limits.joint_upper;
+  values["joint_speed"] = limits.joint_speed;
+  values["torque"] = limits.torque;
+  m.attr("_ARM_LIMITS") = values;
+}
+
 void BindMetrics(py::module_& m) {
   const auto list = [](std::span<const MetricDescription> metrics) {
     std::vector<std::tuple<const char*, const char*, const char*>> result;
@@ -70,18 +80,51 @@ void BindMetrics(py::module_& m) {
       [list] { return list(AngularMetricDescriptions()); },
       "The same of those of the angular filter.");
   m.def(
+      "_metric_limits",
+      [] {
+        std::vector<std::tuple<const char*, double, double, bool>> result;
+        for (const auto& [key, least, most, of_arm] : MetricLimits()) {
+          result.emplace_back(key, least, most, of_arm);
+        }
+        return result;
+      },
+      "[(key, least, most, whether it is the arm's)] of the metrics that have "
+      "limits.");
+  m.def(
       "_compute_metrics",
       [](Eigen::VectorXd time, Eigen::MatrixXd values, const Signals& signals,
          const WorkspaceMapParams& map, double delay, bool has_filter,
-         std::optional<double> wall_s) {
+         double control_period, std::optional<double> wall_s) {
         return ComputeMetrics(
             MakeRunLog(std::move(time), std::move(values), signals),
-            {map, delay, has_filter}, wall_s);
+            {.map = map,
+             .delay = delay,
+             .has_filter = has_filter,
+             .control_period = control_period},
+            wall_s);
       },
       py::arg("time"), py::arg("values"), py::arg("signals"), py::arg("map"),
-      py::arg("delay"), py::arg("has_filter"), py::arg("wall_s"),
+      py::arg("delay"), py::arg("has_filter"), py::arg("control_period"),
+      py::arg("wall_s"),
       "[(key, value)] of every metric, in order.\n\n"
       "time: (n,), s. values: (n, m). signals: [(name, number of columns)].");
+  m.def(
+      "_describe_broken_limits",
+      [](Eigen::VectorXd time, Eigen::MatrixXd values, const Signals& signals,
+         double control_period) {
+        return DescribeBrokenLimits(
+            MakeRunLog(std::move(time), std::move(values), signals),
+            {.control_period = control_period});
+      },
+      py::arg("time"), py::arg("values"), py::arg("signals"),
+      py::arg("control_period"),
+      "A text for each limit of the arm that was broken; the arguments are "
+      "those of\n`_compute_metrics`.");
+  m.def(
+      "_metrics_out",
+      [](const Metrics& metrics) { return FindMetricsOut(metrics); },
+      py::arg("metrics"),
+      "The keys of the metrics [(key, value)] that are not as they should be.");
   m.def("_metrics_json", &MetricsJson, py::arg("metrics"),
         "The text of metrics.json for [(key, value)].");
   m.def(
@@ -131,31 +174,10 @@ void BindRecording(py::module_& m) {
       "(n, 3), can be\nreached.");
 }
 
-void BindRotationTruth(py::module_& m) {
-  py::class_<RotationTruth>(m, "_RotationTruth",
-                            "Which rotations the true contacts of the tool "
-                            "block; see the C++ header.")
-      .def(py::init<>())
-      .def(
-          "add",
-          [](RotationTruth& self, const py::object& p,
-             const py::object& normal) {
-            self.Add(Vec3(p, "p"), Vec3(normal, "normal"));
-          },
-          py::arg("p"), py::arg("normal"),
-          "Takes one more contact: (3,), m, and a unit vector, (3,), in B.")
-      .def_property_readonly("dimension", &RotationTruth::dimension,
-                             "Number of directions that are blocked, 0 to 3.")
-      .def(
-          "calc_free_axis", &RotationTruth::CalcFreeAxis,
-          "Unit vector, (3,), in B: the axis of free rotation if there is just "
-          "one,\nat dimension 2; zero otherwise.");
-}
-
 }  // namespace
 
 void BindExperiment(py::module_& m) {
-  BindRotationTruth(m);
+  BindArmLimits(m);
   BindMetrics(m);
   BindRecording(m);
 }

@@ -7,6 +7,7 @@
 
 #include "dual_proxy/perception/contact_history.h"
 #include "dual_proxy/perception/force_space_particle_filter.h"
+#include "force_torque_adapter.h"
 #include "params.h"
 
 namespace dual_proxy {
@@ -261,6 +262,59 @@ void BindContactHistory(py::module_& m) {
           "sure of them is, rad.");
 }
 
+void BindForceTorqueAdapter(py::module_& m) {
+  using P = ForceTorqueAdapterParams;
+  BindParams<P> params(m, "ForceTorqueAdapterParams",
+                       "Parameters of ForceTorqueAdapter.");
+  AddForceTorqueAdapterFields(&params);
+  using S = ForceTorqueAdapterState;
+  BindState<S>(m, "ForceTorqueAdapterState",
+               "What the adapter remembers, and its output.")
+      .def_property_readonly(
+          "wrench", [](const S& self) { return self.wrench; },
+          "(6,) [force; moment] about E, N and N m, in B: robot on "
+          "environment; zero while the bias is being learned.")
+      .def_property_readonly(
+          "bias", [](const S& self) { return self.bias; },
+          "(6,) [force; moment], N and N m, in S.")
+      .def_readonly("ready", &S::ready, "Whether there is a bias to go by.")
+      .def_readonly("tares", &S::tares, "How often a bias was learned.")
+      .def_readonly("tares_refused", &S::tares_refused,
+                    "How often none could be though the tool was at rest.")
+      .def_readonly("bad_inputs", &S::bad_inputs, "Samples refused.");
+  py::class_<ForceTorqueAdapter>(
+      m, "ForceTorqueAdapter",
+      "From what a wrist sensor measures to what the tool exerts on its "
+      "environment: bias, weight\nand inertia of the tool, sign.")
+      .def(py::init<const P&>(), py::arg("params") = P())
+      .def_property_readonly(
+          "params",
+          [](const ForceTorqueAdapter& self) { return self.params(); })
+      .def("make_state", &ForceTorqueAdapter::MakeState)
+      .def(
+          "update",
+          [](const ForceTorqueAdapter& self, const py::object& measured,
+             const py::object& robot_position, const py::object& robot_rotation,
+             const py::object& p_SE, S& state, bool tare) {
+            self.Update({.measured = AsFixed<Eigen::Matrix<double, 6, 1>>(
+                             measured, "measured"),
+                         .X_BE = {.p = Vec3(robot_position, "robot_position"),
+                                  .R = Mat3(robot_rotation, "robot_rotation")},
+                         .p_SE = Vec3(p_SE, "p_SE"),
+                         .tare = tare},
+                        &state);
+          },
+          py::arg("measured"), py::arg("robot_position"),
+          py::arg("robot_rotation"), py::arg("p_SE"), py::arg("state"),
+          py::arg("tare") = false,
+          "Takes a sample; the result is in `state`.\n\n"
+          "measured: (6,) [force; moment] about the origin of S, N and N m, in "
+          "S: arm on tool.\n"
+          "robot_position (3,), m, and robot_rotation (3, 3): of the tool "
+          "point. p_SE: (3,), m, tool point in S.\n"
+          "tare: asks for the bias to be learned anew when it becomes true.");
+}
+
 }  // namespace
 
 void BindPerception(py::module_& m) {
@@ -425,6 +479,7 @@ void BindPerception(py::module_& m) {
             [](const Filter& self) -> const State& { return self.state; });
 
   BindContactHistory(m);
+  BindForceTorqueAdapter(m);
 }
 
 }  // namespace dual_proxy

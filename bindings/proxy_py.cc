@@ -193,6 +193,9 @@ void BindVirtualSpring(py::module_& m) {
                 "Parameters of VirtualSpring; of moments with N m and rad.")
       .Field("stiffness", &P::stiffness, "N/m, >= 0, default 500")
       .Field("max_force", &P::max_force, "N, >= 0, default 20")
+      .Field("leash", &P::leash,
+             "m, >= 0, 0 is off: displacement beyond which max_force bounds no "
+             "more, default 0")
       .Field("rate", &P::rate, "N/s, > 0, default 50")
       .Field("handover", &P::handover,
              "\"printed\" or \"bumpless\": how the force starts in a new "
@@ -263,6 +266,8 @@ void BindRobotSideProxy(py::module_& m) {
       .Field("moment_rate", &P::moment_rate, "N m/s, > 0, default 10")
       .Field("max_motion_error", &P::max_motion_error,
              "bound on |dx_m|, m, >= 0, 0 is none, default 0.012")
+      .Field("max_distance", &P::max_distance,
+             "m, > 0, default 0.15: how far the proxy may go from the robot")
       .Field("handover", &P::handover,
              "\"bumpless\" (from the sensed force) or \"printed\" (from where "
              "it is): how the forces start in a new direction")
@@ -307,8 +312,9 @@ void BindRobotSideProxy(py::module_& m) {
              const py::object& robot_rotation,
              const py::object& force_selection,
              const py::object& moment_selection,
-             const py::object& sensed_wrench, S& state) {
+             const py::object& sensed_wrench, S& state, bool sensor_ready) {
             RobotSideProxyInput input;
+            input.sensor_ready = sensor_ready;
             input.message = message;
             input.X_BE = {Vec3(robot_position, "robot_position"),
                           Mat3(robot_rotation, "robot_rotation")};
@@ -326,7 +332,7 @@ void BindRobotSideProxy(py::module_& m) {
           py::arg("time"), py::arg("message"), py::arg("robot_position"),
           py::arg("robot_rotation"), py::arg("force_selection"),
           py::arg("moment_selection"), py::arg("sensed_wrench"),
-          py::arg("state"),
+          py::arg("state"), py::arg("sensor_ready") = true,
           "Advances by one period; the outputs are in `state.output`. time: s; "
           "message: PoseMessage;\nrobot pose (3,), m, and (3, 3); selections "
           "(3, 3); sensed_wrench: (6,) [force; moment], N, N m,\nor None (no "

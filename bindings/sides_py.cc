@@ -172,7 +172,7 @@ void BindRobotSide(py::module_& m) {
              const py::object& jdot_v, const py::object& q, const py::object& v,
              const py::object& force_selection,
              const py::object& moment_selection,
-             const py::object& sensed_wrench, S& state) {
+             const py::object& sensed_wrench, S& state, bool sensor_ready) {
             self.Update(
                 time,
                 {.message = message,
@@ -188,7 +188,8 @@ void BindRobotSide(py::module_& m) {
                  .force_selection = Mat3(force_selection, "force_selection"),
                  .moment_selection = Mat3(moment_selection, "moment_selection"),
                  .sensed_wrench =
-                     AsFixed<Vector6>(sensed_wrench, "sensed_wrench")},
+                     AsFixed<Vector6>(sensed_wrench, "sensed_wrench"),
+                 .sensor_ready = sensor_ready},
                 &state);
           },
           py::arg("time"), py::arg("message"), py::arg("robot_position"),
@@ -196,7 +197,9 @@ void BindRobotSide(py::module_& m) {
           py::arg("bias"), py::arg("gravity"), py::arg("jdot_v"), py::arg("q"),
           py::arg("v"), py::arg("force_selection"), py::arg("moment_selection"),
           py::arg("sensed_wrench"), py::arg("state"),
+          py::arg("sensor_ready") = true,
           "Advances `state` by one period; results are in `state.output`. "
+          "Without a sensor that is ready the robot holds its place. "
           "Six-vectors are [linear; angular] or [force; moment], in B; "
           "jacobian (6, 7), mass (7, 7), bias (7,) without gravity, gravity "
           "(7,) as Drake's CalcGravityGeneralizedForces.");

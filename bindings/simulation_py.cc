@@ -5,10 +5,12 @@
 
 #include "dual_proxy/simulation/contact_scene.h"
 #include "dual_proxy/simulation/contact_surface.h"
+#include "dual_proxy/simulation/contact_truth.h"
 #include "dual_proxy/simulation/force_torque_sensor.h"
 #include "dual_proxy/simulation/haptic_device.h"
 #include "dual_proxy/simulation/operator.h"
 #include "dual_proxy/simulation/point_robot.h"
+#include "force_torque_adapter.h"
 #include "params.h"
 
 namespace dual_proxy {
@@ -199,38 +201,47 @@ void BindHapticDevice(py::module_& m) {
 void BindForceTorqueSensor(py::module_& m) {
   using Params = ForceTorqueSensorParams;
   using State = ForceTorqueSensorState;
-  BindParams<Params>(m, "ForceTorqueSensorParams",
-                     "Parameters of ForceTorqueSensor.")
+  BindParams<Params> params(
+      m, "ForceTorqueSensorParams",
+      "Parameters of ForceTorqueSensor: of what is simulated, and of the "
+      "adapter behind it.");
+  params
       .Field("force_noise_std", &Params::force_noise_std,
              "N, >= 0, per axis and sample, default 0.2")
       .Field("moment_noise_std", &Params::moment_noise_std,
              "N m, >= 0, per axis and sample, default 0.005")
       .Field("force_bias", &Params::force_bias, "(3,), N, in S, default 0")
-      .Field("moment_bias", &Params::moment_bias, "(3,), N m, in S, default 0")
-      .Field("cutoff", &Params::cutoff,
-             "Hz, >= 0: the sensor's low-pass (0: none), default 0")
-      .Field("tool_mass", &Params::tool_mass,
-             "kg, >= 0: mass beyond the sensor, whose weight is removed, "
-             "default 0")
-      .Field("tool_com", &Params::tool_com,
-             "(3,), m, in S: centre of that mass, default 0")
-      .Field("gravity", &Params::gravity,
-             "m/s^2, >= 0, along -z of B, default 9.81")
-      .Field("period", &Params::period, "s, > 0, default 0.001");
+      .Field("moment_bias", &Params::moment_bias, "(3,), N m, in S, default 0");
+  AddForceTorqueAdapterFields(&params);
   BindState<State>(m, "ForceTorqueSensorState",
                    "What the sensor remembers, and its last output.")
       .def_property_readonly(
           "measured", [](const State& self) { return self.measured; },
-          "(6,) [force; moment], N and N m, in S, before the weight is "
-          "removed.")
+          "(6,) [force; moment], N and N m, in S, as a driver would give it.")
       .def_property_readonly(
-          "wrench", [](const State& self) { return self.wrench; },
+          "wrench", [](const State& self) { return self.adapter.wrench; },
           "(6,) [force; moment] about E, N and N m, in B: robot on "
           "environment.")
-      .def_readonly("bad_inputs", &State::bad_inputs, "Samples refused.");
+      .def_property_readonly(
+          "ready", [](const State& self) { return self.adapter.ready; },
+          "Whether the bias is known.")
+      .def_property_readonly(
+          "adapter", [](const State& self) { return self.adapter; },
+          "ForceTorqueAdapterState. A copy.")
+      .def_property_readonly(
+          "bad_inputs",
+          [](const State& self) {
+            return self.bad_inputs + self.adapter.bad_inputs;
+          },
+          "Samples refused, by the sensor or by the adapter.")
+      .def_property_readonly(
+          "tares_refused",
+          [](const State& self) { return self.adapter.tares_refused; },
+          "Times at rest that gave no bias.");
   py::class_<ForceTorqueSensor>(
       m, "ForceTorqueSensor",
-      "A simulated six-axis force/torque sensor between arm and tool.")
+      "A simulated six-axis force/torque sensor between arm and tool, and the "
+      "adapter behind it.")
       .def(py::init<const Params&>(), py::arg("params") = Params())
       .def_property_readonly(
           "params", [](const ForceTorqueSensor& self) { return self.params(); })
@@ -238,19 +249,26 @@ void BindForceTorqueSensor(py::module_& m) {
            "The same seed gives the same noise.")
       .def(
           "update",
-          [](const ForceTorqueSensor& self, const py::object& reaction_S,
-             const py::object& R_BS, const py::object& p_SE_B, State* state) {
-            return self.Update(AsFixed<Vector6d>(reaction_S, "reaction_S"),
-                               Mat3(R_BS, "R_BS"), Vec3(p_SE_B, "p_SE_B"),
-                               state);
+          [](const ForceTorqueSensor& self, const py::object& reaction,
+             const py::object& robot_position, const py::object& robot_rotation,
+             const py::object& p_SE, State& state, bool tare) {
+            return self.Update(
+                {.measured = AsFixed<Vector6d>(reaction, "reaction"),
+                 .X_BE = {.p = Vec3(robot_position, "robot_position"),
+                          .R = Mat3(robot_rotation, "robot_rotation")},
+                 .p_SE = Vec3(p_SE, "p_SE"),
+                 .tare = tare},
+                &state);
           },
-          py::arg("reaction_S"), py::arg("R_BS"), py::arg("p_SE_B"),
-          py::arg("state").none(false),
+          py::arg("reaction"), py::arg("robot_position"),
+          py::arg("robot_rotation"), py::arg("p_SE"), py::arg("state"),
+          py::arg("tare") = false,
           "Takes a sample and returns `state.wrench`.\n\n"
-          "reaction_S: (6,) [force; moment] about the origin of S, N and N m, "
-          "in S: arm on tool.\n"
-          "R_BS: (3, 3), rotation of the sensor. p_SE_B: (3,), m, from sensor "
-          "to tool point, in B.");
+          "reaction: (6,) [force; moment] about the origin of S, N and N m, in "
+          "S: arm on tool.\n"
+          "robot_position (3,), m, and robot_rotation (3, 3): of the tool "
+          "point. p_SE: (3,), m, tool point in S.\n"
+          "tare: asks for the bias to be learned anew when it becomes true.");
 }
 
 void BindContact(py::module_& m) {
@@ -337,6 +355,25 @@ void BindContact(py::module_& m) {
             return self.normal_forces.head(self.count);
           },
           "(count,), N.");
+  py::class_<ContactTruth>(m, "_ContactTruth",
+                           "What the tool really touches, from a simulator's "
+                           "contacts; see the C++ header.")
+      .def(py::init<>())
+      .def(
+          "add",
+          [](ContactTruth& self, const py::object& force,
+             const py::object& normal, const py::object& p) {
+            self.Add(Vec3(force, "force"), Vec3(normal, "normal"),
+                     p.is_none() ? Eigen::Vector3d(Eigen::Vector3d::Zero())
+                                 : Vec3(p, "p"));
+          },
+          py::arg("force"), py::arg("normal"), py::arg("p") = py::none(),
+          "Takes one more contact: force, (3,), N, of the tool on its "
+          "environment; unit\nnormal, (3,), INTO the surface; place, (3,), m, "
+          "for moments. All in B.")
+      .def("to_vector", &ContactTruth::ToVector,
+           "(11,): force 3, normal 3, dimension 1; moment dimension 1, axis of "
+           "free\nrotation 3.");
   py::class_<ContactScene>(m, "ContactScene",
                            "A few surfaces and the tool that touches them.")
       .def(py::init<const SceneParams&>(), py::arg("params") = SceneParams())

@@ -18,8 +18,8 @@
 
 namespace {
 
-void Run(const std::string& scenario_path, const std::string& out_dir,
-         const std::string& delay) {
+int Run(const std::string& scenario_path, const std::string& out_dir,
+        const std::string& delay) {
   dual_proxy::Scenario scenario = dual_proxy::LoadScenario(scenario_path);
   if (!delay.empty()) scenario.link.channel.delay = std::stod(delay);
 
@@ -35,15 +35,21 @@ void Run(const std::string& scenario_path, const std::string& out_dir,
   const std::chrono::duration<double> wall =
       std::chrono::steady_clock::now() - begin;
 
+  const dual_proxy::RunLog log = MakeRunLog(station, simulator.get_context());
+  const dual_proxy::MetricsParams params = MakeMetricsParams(scenario);
   const dual_proxy::Metrics metrics =
-      dual_proxy::ComputeMetrics(MakeRunLog(station, simulator.get_context()),
-                                 MakeMetricsParams(scenario), wall.count());
+      dual_proxy::ComputeMetrics(log, params, wall.count());
   std::filesystem::create_directories(out_dir);
   std::ofstream file(out_dir + "/metrics.json");
   file << dual_proxy::MetricsJson(metrics);
   if (!file.flush()) {
     throw std::runtime_error("cannot write " + out_dir + "/metrics.json");
   }
+  const auto broken = dual_proxy::DescribeBrokenLimits(log, params);
+  for (const std::string& text : broken) {
+    std::cerr << "limit of the arm broken: " << text << "\n";
+  }
+  return broken.empty() ? 0 : 3;
 }
 
 }  // namespace
@@ -54,7 +60,7 @@ int main(int argc, char* argv[]) {
     return 2;
   }
   try {
-    Run(argv[1], argv[2], argc == 4 ? argv[3] : "");
+    return Run(argv[1], argv[2], argc == 4 ? argv[3] : "");
   } catch (const std::exception& error) {
     std::cerr << error.what() << "\n";
     return 3;

@@ -3643,6 +3643,22 @@ class SceneContact:
         """
         (3, count), unit vectors INTO the surfaces, in B.
         """
+class _ContactTruth:
+    """
+    What the tool really touches, from a simulator's contacts; see the C++ header.
+    """
+    def __init__(self) -> None:
+        ...
+    def add(self, force: typing.Any, normal: typing.Any, p: typing.Any = None) -> None:
+        """
+        Takes one more contact: force, (3,), N, of the tool on its environment; unit
+        normal, (3,), INTO the surface; place, (3,), m, for moments. All in B.
+        """
+    def to_vector(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[11, 1]"]:
+        """
+        (11,): force 3, normal 3, dimension 1; moment dimension 1, axis of free
+        rotation 3.
+        """
 class ContactScene:
     """
     A few surfaces and the tool that touches them.
@@ -5017,26 +5033,6 @@ class Scenario:
     @sensor.setter
     def sensor(self, arg1: typing.Any) -> None:
         ...
-class _RotationTruth:
-    """
-    Which rotations the true contacts of the tool block; see the C++ header.
-    """
-    def __init__(self) -> None:
-        ...
-    def add(self, p: typing.Any, normal: typing.Any) -> None:
-        """
-        Takes one more contact: (3,), m, and a unit vector, (3,), in B.
-        """
-    def calc_free_axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        Unit vector, (3,), in B: the axis of free rotation if there is just one,
-        at dimension 2; zero otherwise.
-        """
-    @property
-    def dimension(self) -> int:
-        """
-        Number of directions that are blocked, 0 to 3.
-        """
 class FilterTrialParams:
     """
     Parameters of run_filter_trial(). `seed` decides what is not here: the scene's
@@ -5289,11 +5285,16 @@ def _angular_metric_descriptions() -> list[tuple[str, str, str]]:
     """
     The same of those of the angular filter.
     """
-def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], map: WorkspaceMapParams, delay: typing.SupportsFloat | typing.SupportsIndex, has_filter: bool, wall_s: typing.SupportsFloat | typing.SupportsIndex | None) -> list[tuple[str, None | bool | int | float]]:
+def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], map: WorkspaceMapParams, delay: typing.SupportsFloat | typing.SupportsIndex, has_filter: bool, control_period: typing.SupportsFloat | typing.SupportsIndex, wall_s: typing.SupportsFloat | typing.SupportsIndex | None) -> list[tuple[str, None | bool | int | float | list[str]]]:
     """
     [(key, value)] of every metric, in order.
     
     time: (n,), s. values: (n, m). signals: [(name, number of columns)].
+    """
+def _describe_broken_limits(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], control_period: typing.SupportsFloat | typing.SupportsIndex) -> list[str]:
+    """
+    A text for each limit of the arm that was broken; the arguments are those of
+    `_compute_metrics`.
     """
 def _map_device_positions(map: WorkspaceMapParams, x_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
@@ -5307,9 +5308,17 @@ def _metric_descriptions() -> list[tuple[str, str, str]]:
     """
     [(key, unit, description)] of every metric, in order.
     """
-def _metrics_json(metrics: collections.abc.Sequence[tuple[str, None | bool | typing.SupportsInt | typing.SupportsIndex | typing.SupportsFloat | typing.SupportsIndex]]) -> str:
+def _metric_limits() -> list[tuple[str, float, float, bool]]:
+    """
+    [(key, least, most, whether it is the arm's)] of the metrics that have limits.
+    """
+def _metrics_json(metrics: collections.abc.Sequence[tuple[str, None | bool | typing.SupportsInt | typing.SupportsIndex | typing.SupportsFloat | typing.SupportsIndex | collections.abc.Sequence[str]]]) -> str:
     """
     The text of metrics.json for [(key, value)].
+    """
+def _metrics_out(metrics: collections.abc.Sequence[tuple[str, None | bool | typing.SupportsInt | typing.SupportsIndex | typing.SupportsFloat | typing.SupportsIndex | collections.abc.Sequence[str]]]) -> list[str]:
+    """
+    The keys of the metrics [(key, value)] that are not as they should be.
     """
 def _normal_error_deg(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
     """
@@ -5343,6 +5352,7 @@ def saturate(value: typing.Any, max_norm: typing.SupportsFloat | typing.Supports
     """
     `value` (3,) shortened to `max_norm` if it is longer.
     """
+_ARM_LIMITS: dict
 _FILTER_TRIAL_DRIVES: tuple = ('closed_loop', 'true_selection', 'kinematic')
 _FILTER_TRIAL_SCENES: tuple = ('free', 'plane', 'cylinder', 'inner_corner', 'step_edge', 'still', 'grazing', 'soft')
 _LIKELIHOODS: tuple = ('paper', 'friction_cone')

@@ -2,7 +2,7 @@
 """The command `dual-proxy`.
 
 Exit status: 0 done, 2 bad usage or scenario (one clear line), 3 the run failed
-(what was logged until then is saved).
+(what was logged until then is saved) or broke a limit of the real arm.
 """
 
 from __future__ import annotations
@@ -14,7 +14,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
+from dual_proxy.metrics import (
+    ANGULAR_METRICS,
+    METRICS,
+    describe_broken_limits,
+    format_metric,
+)
 from dual_proxy.run import Run, RunError, run
 from dual_proxy.scenario import SCHEMES, ScenarioError, list_scenarios, load_scenario
 from dual_proxy.settings import parse_yaml
@@ -178,8 +183,7 @@ def _run(options: argparse.Namespace) -> int:
         result, failure = error.run, str(error)
     if show:
         print(file=sys.stderr)
-    if not failure and not result.metrics["finite"]:
-        failure = "the log holds values that are not finite"
+    failure = failure or _fault(result)
     directory = options.out or Path("out") / _directory_name(result)
     report = result.save(directory, mcap=options.mcap)
     _print_metrics(result)
@@ -188,6 +192,16 @@ def _run(options: argparse.Namespace) -> int:
         print(f"dual-proxy: error: {failure}", file=sys.stderr)
         return _RUN_FAILED
     return 0
+
+
+def _fault(result: Run) -> str:
+    """What makes a finished run a failed one; empty if nothing does."""
+    if not result.metrics["finite"]:
+        return "the log holds values that are not finite"
+    if result.metrics["limits_broken"]:
+        broken = describe_broken_limits(result.log, result.scenario)
+        return f"limits of the arm were broken: {'; '.join(broken)}"
+    return ""
 
 
 def _setting(text: str) -> tuple[str, Any]:

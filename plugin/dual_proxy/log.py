@@ -107,6 +107,9 @@ SIGNALS: dict[str, Signal] = {
     "reference_force": Signal(_VECTOR, "N", "B", "F_r"),
     "sensed_force": Signal(_VECTOR, "N", "B", "F_s, on the environment, at E"),
     "sensed_moment": Signal(_VECTOR, "N m", "B", "M_s, on the environment, about E"),
+    "sensor_ready": Signal(
+        _SCALAR, "", "", "whether the force sensor's bias is known", True
+    ),
     "motion_force": Signal(_VECTOR, "N", "B", "F_m, command in motion space"),
     "force_space_force": Signal(_VECTOR, "N", "B", "F_f, command in force space"),
     "contact_force": Signal(
@@ -149,7 +152,9 @@ SIGNALS: dict[str, Signal] = {
     "robot_singular": _counter("cycles with a bounded apparent mass"),
     "torque_limited": _counter("cycles in which a torque was limited"),
     "torque_rate_limited": _counter("cycles in which a torque's rate was limited"),
+    "joint_limited": _counter("cycles in which a joint was kept from its limits"),
     "sensor_bad_inputs": _counter("samples that the sensor refused"),
+    "sensor_tares_refused": _counter("times at rest that gave the sensor no bias"),
     **_filter_counters("filter"),
     "haptic_bad_inputs": _counter("cycles that the proxy or the controller refused"),
     "haptic_sender_bad_inputs": _counter("samples that the sender refused"),

@@ -7,10 +7,12 @@ run without Python is judged by the same.
 
 A metric that cannot be given is None (null in JSON): there was no contact, or a
 value that it needs is not finite. `finite` says whether the latter happened.
+`limits_broken` lists the limits of the real arm that the run broke.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -26,14 +28,27 @@ if TYPE_CHECKING:
 __all__ = [
     "ANGULAR_METRICS",
     "METRICS",
+    "Limit",
     "Metric",
     "compute_metrics",
+    "describe_broken_limits",
     "device_in_robot_frame",
     "format_metric",
+    "metrics_out_of_limits",
     "normal_error_deg",
 ]
 
 Array = NDArray[np.float64]
+
+
+class Limit(NamedTuple):
+    """The range in which a metric is as it should be."""
+
+    least: float
+    most: float
+    of_arm: bool
+    """True: a limit of the real arm; a run that breaks it has failed. False:
+    what a good run of a sound scheme keeps to."""
 
 
 class Metric(NamedTuple):
@@ -41,11 +56,17 @@ class Metric(NamedTuple):
 
     unit: str
     description: str
+    limit: Limit | None = None
 
+
+_LIMITS = {
+    key: Limit(least, most, of_arm)
+    for key, least, most, of_arm in _core._metric_limits()
+}
 
 #: The keys of metrics.json, in order.
 METRICS: dict[str, Metric] = {
-    key: Metric(unit, description)
+    key: Metric(unit, description, _LIMITS.get(key))
     for key, unit, description in _core._metric_descriptions()
 }
 #: Those that follow where the angular filter ran.
@@ -73,7 +94,7 @@ def compute_metrics(
     Returns
     -------
     dict
-        By key; numbers, booleans or None, all valid JSON.
+        By key; numbers, booleans, None or a list of names, all valid JSON.
     """
     return dict(
         _core._compute_metrics(
@@ -81,9 +102,34 @@ def compute_metrics(
             map=scenario.map,
             delay=scenario.link.delay,
             has_filter=scenario.scheme == "dual_proxy",
+            control_period=scenario.controller.period,
             wall_s=wall_s,
         )
     )
+
+
+def describe_broken_limits(log: pd.DataFrame, scenario: Scenario) -> list[str]:
+    """Say where each limit of the real arm that a run broke was broken most.
+
+    Parameters
+    ----------
+    log, scenario
+        As for `compute_metrics`.
+
+    Returns
+    -------
+    list of str
+        Such as "joint 4 speed 2.31 rad/s at 3.214 s (limit 2.175)".
+    """
+    return _core._describe_broken_limits(
+        *_run_log(log), control_period=scenario.controller.period
+    )
+
+
+def metrics_out_of_limits(metrics: Mapping[str, Any]) -> list[str]:
+    """Return the keys of the metrics that are not as they should be: out of the
+    limits in `METRICS`, not `finite`, or with `limits_broken`."""
+    return _core._metrics_out(list(metrics.items()))
 
 
 def device_in_robot_frame(scenario: Scenario, x_D: Array) -> Array:
@@ -92,11 +138,14 @@ def device_in_robot_frame(scenario: Scenario, x_D: Array) -> Array:
 
 
 def format_metric(value: Any) -> str:
-    """Return a metric as people read it: four digits, "-" for None."""
+    """Return a metric as people read it: four digits, "-" for None, names side by
+    side or "none"."""
     if value is None:
         return "-"
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if isinstance(value, list):
+        return ", ".join(value) or "none"
     return f"{value:d}" if isinstance(value, int) else f"{value:.4g}"
 
 

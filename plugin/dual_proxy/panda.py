@@ -20,8 +20,7 @@ from __future__ import annotations
 
 import copy
 import importlib.resources
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -67,7 +66,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from dual_proxy._core import ArmModel, ArmModelParams, _RotationTruth
+from dual_proxy._core import _ARM_LIMITS, ArmModel, ArmModelParams, _ContactTruth
 from dual_proxy.native import NativeTwin
 from dual_proxy.panda_params import (
     CORNER_RADIUS,
@@ -96,6 +95,7 @@ __all__ = [
     "box_pose",
     "contact_truth",
     "p_SE_S",
+    "read_contacts",
     "rotation_truth",
     "sensor_reaction",
 ]
@@ -114,12 +114,12 @@ def _constant(values: ArrayLike) -> Vector:
 
 NUM_JOINTS = 7
 #: Joint position limits, (7,), rad, the manufacturer's.
-JOINT_LOWER = _constant([-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973])
-JOINT_UPPER = _constant([2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973])
+JOINT_LOWER = _constant(_ARM_LIMITS["joint_lower"])
+JOINT_UPPER = _constant(_ARM_LIMITS["joint_upper"])
 #: Joint speed limits, (7,), rad/s.
-JOINT_VELOCITY_LIMIT = _constant([2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61])
+JOINT_VELOCITY_LIMIT = _constant(_ARM_LIMITS["joint_speed"])
 #: Joint torque limits, (7,), N m.
-TORQUE_LIMIT = _constant([87, 87, 87, 87, 12, 12, 12])
+TORQUE_LIMIT = _constant(_ARM_LIMITS["torque"])
 #: Orientation of the tool point that points the tool straight down, (3, 3).
 R_BE_DOWN = _constant(np.diag([1.0, -1.0, -1.0]))
 #: Rest posture, (7,), rad: E at (0.45, 0, 0.18) m, the tool pointing straight
@@ -149,9 +149,6 @@ _TOOL_VISUALS: tuple[tuple[str, Shape, float, Any], ...] = (
     ("collar", Cylinder(0.03, 0.008), 0.034, _STEEL),
     ("shaft", Cylinder(0.006, 0.062), 0.069, _STEEL),
 )
-
-# Normals closer together than this count as one direction (sine of 10 deg).
-_SIN_INDEPENDENT = math.sin(math.radians(10.0))
 
 
 def _translation(p: Any) -> RigidTransform:
@@ -423,64 +420,6 @@ class ContactTruth(NamedTuple):
     dimension: int
 
 
-_NO_CONTACT = ContactTruth(_constant([0, 0, 0]), _constant([0, 0, 0]), 0)
-
-
-def _pushing(
-    results: ContactResults, tool_body: BodyIndex
-) -> Iterator[tuple[float, Vector, Vector, Any]]:
-    """Yields the tool's contacts that have a force: normal force, force of the
-    tool on its environment, normal into the surface, Drake's contact info."""
-    for i in range(results.num_point_pair_contacts()):
-        info: Any = results.point_pair_contact_info(i)
-        # Drake gives the force on body B and the normal from B into A.
-        force = info.contact_force()
-        normal = info.point_pair().nhat_BA_W
-        if info.bodyB_index() == tool_body:
-            force = -force
-        elif info.bodyA_index() == tool_body:
-            normal = -normal
-        else:
-            continue
-        normal_force = float(force @ normal)
-        if normal_force > 0.0:
-            yield normal_force, force, normal, info
-
-
-def contact_truth(results: ContactResults, tool_body: BodyIndex) -> ContactTruth:
-    """Reads the tool's contacts from the plant's contact results.
-
-    Touching without force counts as no contact.
-
-    Parameters
-    ----------
-    results : value of `PandaScene.contact_results_port`.
-    tool_body : `PandaScene.tool_body`.
-    """
-    contacts = list(_pushing(results, tool_body))
-    if not contacts:
-        return _NO_CONTACT
-    if len(contacts) == 1:
-        _, force, normal, _ = contacts[0]
-        return ContactTruth(force, normal, 1)
-    total = np.zeros(3)
-    push = np.zeros(3)
-    basis: list[Vector] = []
-    for normal_force, force, normal, _ in contacts:
-        total += force
-        push += normal_force * normal
-        rest = normal
-        for direction in basis:
-            rest = rest - (direction @ rest) * direction
-        size = math.sqrt(rest @ rest)
-        if size > _SIN_INDEPENDENT:
-            basis.append(rest / size)
-    size = math.sqrt(push @ push)
-    if size > 0.0:
-        push /= size
-    return ContactTruth(total, push, len(basis))
-
-
 class RotationTruth(NamedTuple):
     """Which rotations the true contacts of the tool block.
 
@@ -497,15 +436,58 @@ class RotationTruth(NamedTuple):
     free_axis: Vector
 
 
-def rotation_truth(results: ContactResults, tool_body: BodyIndex) -> RotationTruth:
-    """Reads from the plant's contact results which rotations are blocked.
+_NO_CONTACT = _constant(np.zeros(11))
 
-    The arguments are those of `contact_truth`.
+
+def read_contacts(
+    results: ContactResults, tool_body: BodyIndex, places: bool = False
+) -> Vector:
+    """Reads the tool's contacts from the plant's contact results.
+
+    Touching without force counts as no contact. What it means is calculated by
+    the C++ library (systems/simulation/contact_truth.h).
+
+    Parameters
+    ----------
+    results : value of `PandaScene.contact_results_port`.
+    tool_body : `PandaScene.tool_body`.
+    places : whether the places of the contacts are of interest, too.
+
+    Returns
+    -------
+    (11,) force 3, normal 3, dimension 1, as in `ContactTruth`; with `places`
+        dimension 1, free axis 3, as in `RotationTruth`, else zero.
     """
-    truth = _RotationTruth()
-    for _, _, normal, info in _pushing(results, tool_body):
-        truth.add(info.contact_point(), normal)
-    return RotationTruth(truth.dimension, truth.calc_free_axis())
+    count = results.num_point_pair_contacts()
+    if count == 0:
+        return _NO_CONTACT
+    truth = _ContactTruth()
+    for i in range(count):
+        info: Any = results.point_pair_contact_info(i)
+        # Drake gives the force on body B and the normal from B into A.
+        force = info.contact_force()
+        normal = info.point_pair().nhat_BA_W
+        if info.bodyB_index() == tool_body:
+            force = -force
+        elif info.bodyA_index() == tool_body:
+            normal = -normal
+        else:
+            continue
+        truth.add(force, normal, info.contact_point() if places else None)
+    return truth.to_vector()
+
+
+def contact_truth(results: ContactResults, tool_body: BodyIndex) -> ContactTruth:
+    """Reads what touches; the arguments are those of `read_contacts`."""
+    values = read_contacts(results, tool_body)
+    return ContactTruth(values[:3], values[3:6], int(values[6]))
+
+
+def rotation_truth(results: ContactResults, tool_body: BodyIndex) -> RotationTruth:
+    """Reads which rotations are blocked; the arguments are those of
+    `read_contacts`."""
+    values = read_contacts(results, tool_body, places=True)
+    return RotationTruth(int(values[7]), values[8:])
 
 
 class PandaTerms(NamedTuple):

@@ -27,8 +27,11 @@ from dual_proxy.log import (
 from dual_proxy.metrics import (
     ANGULAR_METRICS,
     METRICS,
+    Limit,
+    describe_broken_limits,
     device_in_robot_frame,
     format_metric,
+    metrics_out_of_limits,
     normal_error_deg,
 )
 
@@ -77,9 +80,10 @@ table { border-collapse: collapse; width: 100%; }
 th, td { text-align: left; padding: 6px 12px 6px 0; vertical-align: top;
   border-top: 1px solid var(--line); }
 thead th { border-top: 0; color: var(--soft); font-weight: 600; }
-td.number { text-align: right; font-variant-numeric: tabular-nums;
-  white-space: nowrap; }
-td.note { color: var(--soft); }
+td.number { text-align: right; font-variant-numeric: tabular-nums; }
+td.number, td.limit { white-space: nowrap; }
+tr.out td, tr.out code { color: #b42318; font-weight: 600; }
+td.note, tr.out td.note { color: var(--soft); font-weight: 400; }
 code, pre { font: 13px/1.5 ui-monospace, "SF Mono", Menlo, Consolas, monospace; }
 pre { margin: 8px 0 0; overflow-x: auto; background: var(--ground);
   padding: 14px; border-radius: 8px; }
@@ -149,6 +153,13 @@ def render_report(
             f"<p>{html.escape(failure)}</p><p>What was logged until then is below."
             "</p></section>"
         )
+    if metrics["limits_broken"]:
+        broken = describe_broken_limits(log, scenario)
+        items = "".join(f"<li>{html.escape(text)}</li>" for text in broken)
+        parts.append(
+            '<section class="failed"><h2>This run broke limits of the arm</h2>'
+            f"<p>A real arm would have stopped.</p><ul>{items}</ul></section>"
+        )
     parts.append(_metrics_table(metrics))
     parts.append(_counters_table(log))
     if len(log) > 1:
@@ -175,20 +186,34 @@ def render_report(
 
 def _metrics_table(metrics: Mapping[str, Any]) -> str:
     described = METRICS | ANGULAR_METRICS
+    out = set(metrics_out_of_limits(metrics))
     rows = "".join(
-        f"<tr><td><code>{key}</code></td>"
+        f"<tr{_OUT if key in out else ''}><td><code>{key}</code></td>"
         f'<td class="number">{format_metric(value)}</td>'
-        f'<td>{described[key].unit}</td><td class="note">'
-        f"{html.escape(described[key].description)}</td></tr>"
+        f"<td>{described[key].unit}</td>"
+        f'<td class="limit">{_format_limit(described[key].limit)}</td>'
+        f'<td class="note">{html.escape(described[key].description)}</td></tr>'
         for key, value in metrics.items()
     )
     return (
         "<section><h2>Metrics</h2><p>From the log and the simulator's true "
-        "contacts; a dash means that it does not apply.</p>"
+        "contacts; a dash means that it does not apply. Limits are those of the "
+        "arm, which a run must not break, or what a good run keeps to; what is "
+        "out is red.</p>"
         '<div class="scroll"><table><thead><tr><th>metric</th><th>value</th>'
-        f"<th>unit</th><th>what it is</th></tr></thead><tbody>{rows}</tbody>"
-        "</table></div></section>"
+        "<th>unit</th><th>limit</th><th>what it is</th></tr></thead>"
+        f"<tbody>{rows}</tbody></table></div></section>"
     )
+
+
+_OUT = ' class="out"'
+
+
+def _format_limit(limit: Limit | None) -> str:
+    if limit is None:
+        return ""
+    bound = f"&ge; {limit.least:g}" if limit.least > -np.inf else f"&le; {limit.most:g}"
+    return f"{bound}{', arm' if limit.of_arm else ''}"
 
 
 def _counters_table(log: pd.DataFrame) -> str:

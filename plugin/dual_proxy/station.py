@@ -38,9 +38,8 @@ from dual_proxy.panda import (
     PandaModel,
     SensorReaction,
     add_panda_scene,
-    contact_truth,
     p_SE_S,
-    rotation_truth,
+    read_contacts,
 )
 from dual_proxy.replay import SceneDrawer
 from dual_proxy.scenario import Scenario
@@ -56,12 +55,12 @@ from dual_proxy.systems import (
 __all__ = ["Station", "build_station"]
 
 _FRAMES_PER_SECOND = 30
-_NO_CONTACT = np.zeros(11)
 
 # What the ports of counters hold: port -> signals, without the port's name.
 _FILTER_COUNTERS = ("bad_inputs", "all_weights_zero")
 _CHANNEL_COUNTERS = ("lost", "overflow", "refused")
 _COUNTERS = {
+    "sensor": ("bad_inputs", "tares_refused"),
     "filter": _FILTER_COUNTERS,
     "angular_filter": _FILTER_COUNTERS,
     "haptic_link": ("dropped", "bad_messages", "gaps", "spikes", "losses"),
@@ -88,15 +87,8 @@ class ContactTruthSystem(NativeTwin, LeafSystem):
 
     def _calc(self, context: Context, output: Any) -> None:
         results: Any = self._results.Eval(context)
-        truth = contact_truth(results, self._tool_body)
-        if truth.dimension == 0:
-            output.SetFromVector(_NO_CONTACT[: output.size()])
-            return
-        values = [*truth.force, *truth.normal, truth.dimension]
-        if self._rotations:
-            blocked = rotation_truth(results, self._tool_body)
-            values += [blocked.dimension, *blocked.free_axis]
-        output.SetFromVector(values)
+        values = read_contacts(results, self._tool_body, self._rotations)
+        output.SetFromVector(values[: output.size()])
 
 
 class Station:
@@ -234,7 +226,7 @@ class Station:
         self._connect(reaction, "reaction", side, "reaction")
         self._robot_side = side
         self._ports["robot"] = side.GetOutputPort("signals")
-        self._ports["sensor_bad_inputs"] = side.GetOutputPort("sensor_bad_inputs")
+        self._ports["sensor"] = side.GetOutputPort("sensor_counters")
         if self._watched:
             truth = self._add(
                 "contact_truth",
@@ -424,8 +416,7 @@ class Station:
                     f"{port}_{name}": data[port][:, index]
                     for index, name in enumerate(names)
                 }
-        for name in ("sensor_bad_inputs", "device_bad_inputs"):
-            values[name] = data[name]
+        values["device_bad_inputs"] = data["device_bad_inputs"]
         if self.scenario.has_angular_filter:
             values |= {
                 "contact_moment_dimension": truth[:, 7:8],

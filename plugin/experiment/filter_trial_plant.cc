@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/simulation/contact_truth.h"
+
 namespace dual_proxy {
 namespace {
 
@@ -129,15 +131,17 @@ SceneContact FilterTrialKinematicTool::CalcContact(const Vector3d& push) const {
       rest -= more * normals.col(i);
     }
   }
+  ContactTruth truth;
   for (int i = 0; i < count; ++i) {
     if (!(forces(i) > 1e-3)) continue;
     contact.normals.col(contact.count) = normals.col(i);
     contact.normal_forces(contact.count) = forces(i);
     ++contact.count;
-    contact.force += forces(i) * normals.col(i);
+    truth.Add(forces(i) * normals.col(i), normals.col(i));
   }
-  contact.dimension = std::min(contact.count, 3);
-  if (contact.count > 0) contact.normal = contact.force.normalized();
+  contact.force = truth.force();
+  contact.normal = truth.CalcNormal();
+  contact.dimension = truth.dimension();
   return contact;
 }
 

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "dual_proxy/common/validate.h"
+#include "dual_proxy/experiment/arm_limit_check.h"
 #include "dual_proxy/experiment/number_text.h"
 #include "dual_proxy/experiment/quantile.h"
 
@@ -26,7 +27,8 @@ using Mask = Eigen::Array<bool, Eigen::Dynamic, 1>;
 constexpr double kContactForce = 0.5;
 /** True contact force below which a contact counts as lost, N. */
 constexpr double kLostForce = 0.05;
-/** A contact is new if there was none for so long before it, s. */
+/** A contact is new, and the robot in the air, if there was no contact for so
+long, s. */
 constexpr double kNewContactPause = 0.1;
 /** The hand lifts when it moves out of the surface faster than this, m/s. */
 constexpr double kLiftSpeed = 1e-3;
@@ -34,6 +36,9 @@ constexpr double kLiftSpeed = 1e-3;
 constexpr double kSettlingTime = 1.0;
 /** Window of the moving average that the `_ac_` metrics remove, s. */
 constexpr double kAcWindow = 0.5;
+/** The hand is in the air so long after 2 x delay, s: an F_h of 12 N fades at
+20 N/s, and a link of a few hertz has its period. */
+constexpr double kFadingTime = 1.0;
 /** Times that differ by less are the same, s. */
 constexpr double kTimeTolerance = 1e-9;
 
@@ -46,6 +51,9 @@ constexpr MetricDescription kMetrics[] = {
      "the same, against the device as it was one delay ago"},
     {"position_rms_contact_m", "m",
      "robot against mapped device along the true normal, RMS"},
+    {"position_rms_air_m", "m",
+     "robot against mapped device one delay ago while the robot is in the air: "
+     "RMS per axis, then their mean"},
     {"force_tracking_rms_N", "N",
      "RMS of Omega_f (F_s - F_r) while the filter's dimension is not 0"},
     {"haptic_force_rms_free_N", "N",
@@ -55,6 +63,10 @@ constexpr MetricDescription kMetrics[] = {
      "standard deviation of the force on the hand along the true normal in "
      "steady contact"},
     {"haptic_force_max_N", "N", "largest force on the hand"},
+    {"haptic_force_max_air_N", "N",
+     "largest force on the hand while that is in the air: from 2 x delay + 1 s "
+     "after the last true contact, and before the first"},
+    {"haptic_force_rms_air_N", "N", "RMS of that force"},
     {"contact_force_max_N", "N", "largest true contact force"},
     {"normal_error_mean_deg", "deg",
      "angle between the filter's first direction and the true normal while "
@@ -63,17 +75,38 @@ constexpr MetricDescription kMetrics[] = {
     {"normal_error_p95_deg", "deg", "95th percentile of that angle"},
     {"dimension_accuracy", "",
      "share of the interaction with the true dimension, onset included"},
+    {"dimension_accuracy_total", "",
+     "share of the whole run with the true dimension"},
+    {"false_contact_share", "",
+     "share of the time in the air (no true contact, nor any in the 0.1 s "
+     "before) in which the filter's dimension is not 0"},
     {"detection_latency_ms", "ms",
      "from the onset of a contact until the filter's dimension is not 0 (or "
      "the contact's end); mean over the onsets"},
     {"contact_losses", "",
      "times the true contact broke while the hand was pressing"},
+    {"contact_time_s", "s", "time with a true contact, however light"},
     {"haptic_force_ac_N", "N",
      "RMS of the force on the hand in steady contact, less its moving average "
      "over 0.5 s"},
     {"contact_force_ac_N", "N", "the same of the true contact force"},
     {"observed_energy_min_J", "J",
      "least energy that the passivity observer saw"},
+    {"tool_speed_max_m_s", "m/s", "largest speed of the tool point"},
+    {"joint_speed_share_max", "",
+     "largest speed of a joint, as a share of that joint's limit"},
+    {"joint_margin_min_rad", "rad",
+     "least distance of a joint from its nearer limit; negative beyond it"},
+    {"torque_share_max", "",
+     "largest commanded torque of a joint, as a share of that joint's limit"},
+    {"torque_rate_max_Nm_s", "N m/s",
+     "largest change of a commanded torque from one control period to the "
+     "next, per time; only of a log that has every period"},
+    {"proxy_distance_max_m", "m",
+     "largest distance of the robot from its proxy"},
+    {"limits_broken", "",
+     "the limits of the arm that the run broke: joint_position, joint_speed, "
+     "tool_speed, torque, torque_rate, proxy_distance"},
     {"link_messages_dropped", "",
      "messages refused by both sides: too old or out of order"},
     {"finite", "", "no NaN or infinity anywhere in the log"},
@@ -137,6 +170,11 @@ Matrix3d SelectionAt(const RunLog& log, Index row) {
 /** When the tool really touches, when the hand presses, along which normal. */
 struct Truth {
   Mask touching;
+  /** Any contact, however light. */
+  Mask contact;
+  /** The robot is in the air; what the hand feels is that of the air. */
+  Mask air;
+  Mask hand_air;
   /** Of the last contact so far; zero before the first. */
   MatrixX3d normal;
   /** [contact, lift) of each time that the hand presses. */
@@ -145,13 +183,30 @@ struct Truth {
   std::vector<Interval> steady;
 };
 
+/** Where there is no contact, and was none for longer than `pause` (s). */
+Mask FindAir(const VectorXd& time, const Mask& contact, double pause) {
+  Mask air = !contact;
+  double last = -std::numeric_limits<double>::infinity();
+  for (Index i = 0; i < time.size(); ++i) {
+    if (contact(i)) last = time(i);
+    if (time(i) - last <= pause) air(i) = false;
+  }
+  return air;
+}
+
 Truth FindTruth(const RunLog& log, const MetricsParams& params) {
   const VectorXd& time = log.time;
   const auto contact_normal = log.Signal<3>("contact_normal");
   const auto robot = log.Signal<3>("robot_position");
   const MatrixX3d hand =
       MapDevicePositions(params.map, log.Signal<3>("hand_position"));
-  Truth truth{FindTouching(log), MatrixX3d::Zero(time.size(), 3), {}, {}};
+  Truth truth;
+  truth.touching = FindTouching(log);
+  truth.contact =
+      truth.touching || log.Signal<1>("contact_dimension").array() > 0;
+  truth.air = FindAir(time, truth.contact, kNewContactPause);
+  truth.hand_air = FindAir(time, truth.contact, 2 * params.delay + kFadingTime);
+  truth.normal.setZero(time.size(), 3);
   Mask pressing = Mask::Constant(time.size(), false);
   Index last = -1;  // Row of the last contact.
   for (Index i = 0; i < time.size(); ++i) {
@@ -188,13 +243,15 @@ double CalcRms(const VectorXd& values, const Mask& mask) {
                    static_cast<double>(mask.count()));
 }
 
-/** RMS per axis of the part orthogonal to the normal, mean over the axes. */
-MetricValue CalcFreeRms(const MatrixX3d& error, const Truth& truth) {
+/** RMS per axis of the part orthogonal to the normal (which may be zero) over
+the rows of `mask`, mean over the axes. */
+MetricValue CalcFreeRms(const MatrixX3d& error, const MatrixX3d& normals,
+                        const Mask& mask) {
   RowVector3d squares = RowVector3d::Zero();
   RowVector3d share = RowVector3d::Zero();
   for (Index i = 0; i < error.rows(); ++i) {
-    if (!truth.touching(i)) continue;
-    const RowVector3d normal = truth.normal.row(i);
+    if (!mask(i)) continue;
+    const RowVector3d normal = normals.row(i);
     const RowVector3d free = error.row(i) - error.row(i).dot(normal) * normal;
     squares += free.cwiseAbs2();
     share.array() += 1.0 - normal.array().square();
@@ -321,14 +378,18 @@ double CalcDetectionLatencyMs(const RunLog& log, const Truth& truth) {
 
 void AddPositionMetrics(const RunLog& log, const MetricsParams& params,
                         const Truth& truth, Values* values) {
-  if (!truth.touching.any()) return;
   const auto robot = log.Signal<3>("robot_position");
   const MatrixX3d device =
       MapDevicePositions(params.map, log.Signal<3>("device_position"));
   const MatrixX3d error = robot - device;
-  values->at("position_rms_free_m") = CalcFreeRms(error, truth);
+  const MatrixX3d compensated = robot - Delayed(log.time, device, params.delay);
+  const MatrixX3d none = MatrixX3d::Zero(error.rows(), 3);
+  values->at("position_rms_air_m") = CalcFreeRms(compensated, none, truth.air);
+  if (!truth.touching.any()) return;
+  values->at("position_rms_free_m") =
+      CalcFreeRms(error, truth.normal, truth.touching);
   values->at("position_rms_free_delay_compensated_m") =
-      CalcFreeRms(robot - Delayed(log.time, device, params.delay), truth);
+      CalcFreeRms(compensated, truth.normal, truth.touching);
   values->at("position_rms_contact_m") =
       CalcRms(error.cwiseProduct(truth.normal).rowwise().sum(), truth.touching);
 }
@@ -343,6 +404,14 @@ void AddForceMetrics(const RunLog& log, const MetricsParams& params,
       contact_force.rowwise().norm().maxCoeff<Eigen::PropagateNaN>();
   values->at("observed_energy_min_J") =
       log.Signal<1>("observed_energy").minCoeff<Eigen::PropagateNaN>();
+
+  if (truth.hand_air.any()) {
+    const VectorXd felt = device_force.rowwise().norm();
+    values->at("haptic_force_max_air_N") =
+        truth.hand_air.select(felt.array(), 0.0)
+            .maxCoeff<Eigen::PropagateNaN>();
+    values->at("haptic_force_rms_air_N") = CalcRms(felt, truth.hand_air);
+  }
 
   const Mask active = log.Signal<1>("dimension").array() > 0;
   if (active.any()) {
@@ -373,12 +442,20 @@ void AddForceMetrics(const RunLog& log, const MetricsParams& params,
 
 void AddPerceptionMetrics(const RunLog& log, const MetricsParams& params,
                           const Truth& truth, Values* values) {
-  if (!params.has_filter || !truth.touching.any()) return;
-  const Mask right = log.Signal<1>("dimension").array() ==
-                     log.Signal<1>("contact_dimension").array();
-  values->at("dimension_accuracy") =
-      static_cast<double>((right && truth.touching).count()) /
-      static_cast<double>(truth.touching.count());
+  if (!params.has_filter) return;
+  const auto dimension = log.Signal<1>("dimension").array();
+  const Mask right = dimension == log.Signal<1>("contact_dimension").array();
+  const auto share = [](const Mask& some, const Mask& all) {
+    return static_cast<double>((some && all).count()) /
+           static_cast<double>(all.count());
+  };
+  values->at("dimension_accuracy_total") =
+      share(right, Mask::Constant(right.size(), true));
+  if (truth.air.any()) {
+    values->at("false_contact_share") = share(dimension > 0, truth.air);
+  }
+  if (!truth.touching.any()) return;
+  values->at("dimension_accuracy") = share(right, truth.touching);
   std::vector<double> errors;
   for (const double error : CalcNormalErrorDeg(log)) {
     if (std::isfinite(error)) errors.push_back(error);
@@ -390,13 +467,6 @@ void AddPerceptionMetrics(const RunLog& log, const MetricsParams& params,
     values->at("normal_error_p95_deg") = CalcQuantile(error, 0.95);
   }
   values->at("detection_latency_ms") = CalcDetectionLatencyMs(log, truth);
-}
-
-bool HasAngularFilter(const RunLog& log) {
-  return std::any_of(log.signals.begin(), log.signals.end(),
-                     [](const SignalSlice& signal) {
-                       return signal.name == "moment_dimension";
-                     });
 }
 
 void AddRotationMetrics(const RunLog& log, const Truth& truth, Values* values) {
@@ -426,7 +496,22 @@ void AddRotationMetrics(const RunLog& log, const Truth& truth, Values* values) {
   }
 }
 
+void AddArmMetrics(const RunLog& log, const MetricsParams& params,
+                   Values* values) {
+  std::vector<std::string> broken;
+  for (const ArmLimitCheck& check :
+       CheckArmLimits(log, params.arm, params.control_period)) {
+    values->at(check.metric) = check.value;
+    if (check.broken) broken.emplace_back(check.limit);
+  }
+  values->at("limits_broken") = std::move(broken);
+}
+
 void AddCounts(const RunLog& log, const Truth& truth, Values* values) {
+  const Index n = log.time.size();
+  const VectorXd steps = log.time.tail(n - 1) - log.time.head(n - 1);
+  values->at("contact_time_s") =
+      truth.contact.tail(n - 1).select(steps.array(), 0.0).sum();
   values->at("contact_losses") = CountContactLosses(log, truth);
   const double dropped = log.Signal<1>("robot_link_dropped").tail<1>()(0) +
                          log.Signal<1>("haptic_link_dropped").tail<1>()(0);
@@ -442,6 +527,13 @@ std::string ValueJson(const MetricValue& value) {
   if (const auto* integer = std::get_if<std::int64_t>(&value)) {
     return std::to_string(*integer);
   }
+  if (const auto* names = std::get_if<std::vector<std::string>>(&value)) {
+    std::string text;
+    for (const std::string& name : *names) {
+      text += (text.empty() ? "[\n    \"" : ",\n    \"") + name + "\"";
+    }
+    return text.empty() ? "[]" : text + "\n  ]";
+  }
   const auto* number = std::get_if<double>(&value);
   return number && std::isfinite(*number) ? ShortestText(*number) : "null";
 }
@@ -454,9 +546,27 @@ std::span<const MetricDescription> AngularMetricDescriptions() {
   return kAngularMetrics;
 }
 
+std::vector<MetricLimit> MetricLimits(const ArmLimits& arm) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return {
+      {"position_rms_air_m", -kInfinity, 0.01, false},
+      {"haptic_force_max_air_N", -kInfinity, 0.5, false},
+      {"normal_error_mean_deg", -kInfinity, 5, false},
+      {"false_contact_share", -kInfinity, 0.01, false},
+      {"contact_losses", -kInfinity, 0, false},
+      {"tool_speed_max_m_s", -kInfinity, arm.tool_speed, true},
+      {"joint_speed_share_max", -kInfinity, 1, true},
+      {"joint_margin_min_rad", 0, kInfinity, true},
+      {"torque_share_max", -kInfinity, 1, true},
+      {"torque_rate_max_Nm_s", -kInfinity, arm.torque_rate, true},
+      {"proxy_distance_max_m", -kInfinity, arm.proxy_distance, true},
+  };
+}
+
 void MetricsParams::Validate() const {
   map.Validate();
   ThrowUnlessNonNegative("MetricsParams", "delay", delay);
+  ThrowUnlessPositive("MetricsParams", "control_period", control_period);
 }
 
 Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
@@ -468,7 +578,7 @@ Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
   Values values;
   std::vector<MetricDescription> metrics_of_run(std::begin(kMetrics),
                                                 std::end(kMetrics));
-  const bool angular = HasAngularFilter(log);
+  const bool angular = log.Has("moment_dimension");
   if (angular) {
     metrics_of_run.insert(metrics_of_run.end(), std::begin(kAngularMetrics),
                           std::end(kAngularMetrics));
@@ -480,6 +590,7 @@ Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
     values.at("wall_s") = *wall_s;
     values.at("real_time_factor") = sim_s / *wall_s;
   }
+  AddArmMetrics(log, params, &values);
   if (n > 1) {
     const Truth truth = FindTruth(log, params);
     AddPositionMetrics(log, params, truth, &values);
@@ -496,6 +607,48 @@ Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
     metrics.emplace_back(metric.key, value);
   }
   return metrics;
+}
+
+std::vector<std::string> DescribeBrokenLimits(const RunLog& log,
+                                              const MetricsParams& params) {
+  log.Validate();
+  params.Validate();
+  std::vector<std::string> texts;
+  for (ArmLimitCheck& check :
+       CheckArmLimits(log, params.arm, params.control_period)) {
+    if (check.broken) texts.push_back(std::move(check.worst));
+  }
+  return texts;
+}
+
+std::vector<std::string> FindMetricsOut(const Metrics& metrics,
+                                        const ArmLimits& arm) {
+  const std::vector<MetricLimit> limits = MetricLimits(arm);
+  const auto is_out = [&limits](const std::string& key,
+                                const MetricValue& value) {
+    if (const auto* flag = std::get_if<bool>(&value)) return !*flag;
+    if (const auto* names = std::get_if<std::vector<std::string>>(&value)) {
+      return !names->empty();
+    }
+    double number{};
+    if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+      number = static_cast<double>(*integer);
+    } else if (const auto* real = std::get_if<double>(&value)) {
+      number = *real;
+    } else {
+      return false;
+    }
+    return std::any_of(
+        limits.begin(), limits.end(), [&](const MetricLimit& limit) {
+          return limit.key == key && (IsOverLimit(limit.least, number) ||
+                                      IsOverLimit(number, limit.most));
+        });
+  };
+  std::vector<std::string> out;
+  for (const auto& [key, value] : metrics) {
+    if (is_out(key, value)) out.push_back(key);
+  }
+  return out;
 }
 
 std::string MetricsJson(const Metrics& metrics) {

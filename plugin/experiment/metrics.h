@@ -11,6 +11,7 @@
 
 #include <Eigen/Core>
 
+#include "dual_proxy/common/arm_limits.h"
 #include "dual_proxy/experiment/run_log.h"
 #include "dual_proxy/proxy/workspace_map.h"
 
@@ -24,7 +25,14 @@ All truth comes from the simulator's contacts, never from the filter. The
 directions are those orthogonal to the true contact normal. The *hand presses*
 while its intended position lies beyond the surface that was touched last.
 *Steady contact* runs from first contact + 3 x delay + 1 s until the hand begins
-to lift; where the hand presses several times, each time counts. */
+to lift; where the hand presses several times, each time counts.
+
+Any true contact counts, however light, where it is about its absence. The robot
+is *in the air* while there is none, and was none in the 0.1 s before: a filter
+may take that long to let go. The hand learns of it one delay later, and what it
+feels then fades at a limited rate: the hand is *in the air* from 2 x delay +
+1 s after the last true contact. What was true at the start of a run, no
+contact, counts as having been so for long. */
 
 /** What a metric means. */
 struct MetricDescription {
@@ -39,10 +47,24 @@ std::span<const MetricDescription> MetricDescriptions();
 /** Those of the angular filter, which follow where it ran. */
 std::span<const MetricDescription> AngularMetricDescriptions();
 
+/** The range in which a metric is as it should be. */
+struct MetricLimit {
+  const char* key;
+  double least;  ///< -infinity if there is no such bound.
+  double most;   ///< Infinity if there is no such bound.
+  /** True: a limit of the arm; a run that breaks it has failed. False: what a
+  good run of a sound scheme keeps to. */
+  bool of_arm;
+};
+
+/** The range of each metric that has one, in the metrics' order. */
+std::vector<MetricLimit> MetricLimits(const ArmLimits& arm = {});
+
 /** A metric that cannot be given is std::monostate (null in JSON): there was
 no contact, or a value that it needs is not finite. `finite` says whether the
-latter happened. */
-using MetricValue = std::variant<std::monostate, bool, std::int64_t, double>;
+latter happened. Names are those of the limits that were broken. */
+using MetricValue = std::variant<std::monostate, bool, std::int64_t, double,
+                                 std::vector<std::string>>;
 
 /** Key and value of each of MetricDescriptions(), in its order, and with the
 angular filter of AngularMetricDescriptions(). */
@@ -51,12 +73,16 @@ using Metrics = std::vector<std::pair<std::string, MetricValue>>;
 /** What metrics need to know of a scenario. */
 struct MetricsParams {
   /** Between the device's and the robot's workspace. */
-  WorkspaceMapParams map;
+  WorkspaceMapParams map{};
   /** One-way delay of the link, s, >= 0. */
   double delay{0};
   /** Whether the scheme has a force-space particle filter, which can be right
   or wrong; the metrics of perception are null without it. */
   bool has_filter{true};
+  /** What the run must not exceed. */
+  ArmLimits arm{};
+  /** s, > 0. */
+  double control_period{0.001};
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;
@@ -69,11 +95,22 @@ struct MetricsParams {
   `force_direction`, `force_selection`, `observed_energy`, `robot_link_dropped`
   and `haptic_link_dropped`; with the angular filter `moment_dimension`,
   `moment_selection`, `contact_moment_dimension` and `contact_rotation_axis`,
-  too.
+  too. A limit of the arm is measured if its signals are there (see
+  CheckArmLimits()).
 @param wall_s how long the run took, s, if that is known.
 @throws std::invalid_argument if `log` or `params` is invalid. */
 Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
                        std::optional<double> wall_s = {});
+
+/** Where each limit of the arm that a run broke was broken most: "joint 4 speed
+2.31 rad/s at 3.214 s (limit 2.175)". */
+std::vector<std::string> DescribeBrokenLimits(const RunLog& log,
+                                              const MetricsParams& params);
+
+/** The keys of the metrics that are not as they should be: out of their limits,
+not `finite`, `limits_broken`. What cannot be given is not among them. */
+std::vector<std::string> FindMetricsOut(const Metrics& metrics,
+                                        const ArmLimits& arm = {});
 
 /** The text of metrics.json. */
 std::string MetricsJson(const Metrics& metrics);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/experiment/run_log.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -29,6 +30,12 @@ void RunLog::Validate() const {
           std::to_string(slice.size) + " from " + std::to_string(slice.start));
     }
   }
+}
+
+bool RunLog::Has(std::string_view name) const {
+  return std::any_of(
+      signals.begin(), signals.end(),
+      [name](const SignalSlice& slice) { return slice.name == name; });
 }
 
 const SignalSlice& RunLog::Find(std::string_view name, int size) const {

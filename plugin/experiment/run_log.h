@@ -29,6 +29,9 @@ struct RunLog {
     return values.middleCols<kSize>(slice.start, slice.size);
   }
 
+  /** Whether there is a signal of this name. */
+  bool Has(std::string_view name) const;
+
   /** @throws std::invalid_argument naming the field or the signal. */
   void Validate() const;
 

@@ -23,6 +23,8 @@ constexpr double kMaxDelay = 10.0;  // s
 constexpr double kUsualStep = 1e-3;
 // How much longer both steps could be.
 constexpr double kStepMargin = 1.2;
+// Standard deviations of the sensor's noise that a filter's threshold is above.
+constexpr double kNoiseMargin = 3.0;
 
 // Validates every struct among what it visits, the innermost first, and turns
 // "FooParams: field `x` expected ..." into "plane.foo.x: expected ...".
@@ -221,6 +223,17 @@ void Scenario::CheckAcross() const {
         Join(name, ".angular_filter.period: expected at least control_period (",
              control_period, " s), got ", angular_filter.filter.period));
   }
+  if (sensor.tare && sensor.force_noise_std >= sensor.tare_max_noise) {
+    throw ScenarioError(
+        Join(name, ".sensor.force_noise_std: expected less than ",
+             "sensor.tare_max_noise (", sensor.tare_max_noise,
+             " N), or no bias can be learned, got ", sensor.force_noise_std));
+  }
+  CheckAgainstNoise("filter", filter, sensor.force_noise_std);
+  if (has_angular_filter()) {
+    CheckAgainstNoise("angular_filter", angular_filter.filter,
+                      sensor.moment_noise_std);
+  }
   CheckPeriods();
   if (operator_params.recording.empty()) CheckWaypoints();
 }
@@ -248,6 +261,25 @@ void Scenario::CheckPeriods() const {
                                scene.time_step));
     }
   }
+}
+
+// A filter whose thresholds lie within the sensor's noise sees contacts in it.
+void Scenario::CheckAgainstNoise(const std::string& section,
+                                 const ForceSpaceParticleFilterParams& params,
+                                 double noise) const {
+  const double samples = std::max(1.0, params.period / sensor.period);
+  const double mean_noise = noise / std::sqrt(samples);
+  const bool paper = params.likelihood == Likelihood::kPaper;
+  const double threshold = paper ? params.resampling_thresholds.force_high
+                                 : params.friction_cone.contact_force;
+  if (threshold >= kNoiseMargin * mean_noise) return;
+  throw ScenarioError(
+      Join(name, ".", section,
+           paper ? ".resampling_thresholds.force_high"
+                 : ".friction_cone.contact_force",
+           ": expected at least ", kNoiseMargin,
+           " times the sensor's noise, averaged over the filter's period (",
+           kNoiseMargin * mean_noise, "), got ", threshold));
 }
 
 void Scenario::CheckWaypoints() const {

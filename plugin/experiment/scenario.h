@@ -226,7 +226,11 @@ struct Scenario {
   HapticControllerParams haptic_controller;
   PositionForceHapticSideParams position_force;
   SimulatedHapticDeviceParams device;
-  ForceTorqueSensorParams sensor;
+  ForceTorqueSensorParams sensor{[] {
+    ForceTorqueSensorParams params;
+    params.tare = true;
+    return params;
+  }()};
   OperatorParams operator_params;  ///< The section `operator`.
 
   /** The section `overrides` of a scenario. */
@@ -323,6 +327,9 @@ struct Scenario {
   void CheckFields();
   void CheckAcross() const;
   void CheckPeriods() const;
+  void CheckAgainstNoise(const std::string& section,
+                         const ForceSpaceParticleFilterParams& params,
+                         double noise) const;
   void CheckWaypoints() const;
   OperatorPathParams CalcRecordedPath() const;
 };

@@ -4,39 +4,18 @@
 #include <drake/multibody/plant/contact_results.h>
 #include <drake/multibody/tree/multibody_tree_indexes.h>
 #include <drake/systems/framework/leaf_system.h>
-#include <Eigen/Core>
 
-#include "dual_proxy/experiment/rotation_truth.h"
+#include "dual_proxy/simulation/contact_truth.h"
 
 namespace dual_proxy {
 
-/** What really touches, from the simulator. */
-struct ContactTruth {
-  /** N, in B: of the robot on its environment, friction included. */
-  Eigen::Vector3d force{Eigen::Vector3d::Zero()};
-  /** Unit vector in B, INTO the surface; with several surfaces the direction of
-  the normal forces' sum; zero without contact. */
-  Eigen::Vector3d normal{Eigen::Vector3d::Zero()};
-  /** Number of independent normals, 0 to 3 (normals within 10 deg of the
-  others' span are not counted again). */
-  int dimension{0};
-};
-
-/** Reads the tool's contacts from the plant's contact results. Touching without
-force counts as no contact. No heap.
+/** Reads the tool's contacts from the plant's contact results. No heap.
 @param tool_body PandaScene::tool_body. */
 ContactTruth CalcContactTruth(
     const drake::multibody::ContactResults<double>& results,
     drake::multibody::BodyIndex tool_body);
 
-/** Which rotations the tool's contacts block. The arguments are those of
-CalcContactTruth(). No heap. */
-RotationTruth CalcRotationTruth(
-    const drake::multibody::ContactResults<double>& results,
-    drake::multibody::BodyIndex tool_body);
-
-/** The tool's true contacts as a vector: CalcContactTruth() and, on request,
-CalcRotationTruth() as a system.
+/** The tool's true contacts as a vector: CalcContactTruth() as a system.
 
 @system
 name: ContactTruthSystem
@@ -74,7 +53,6 @@ class ContactTruthSystem final : public drake::systems::LeafSystem<double> {
                  drake::systems::BasicVector<double>* output) const;
 
   drake::multibody::BodyIndex tool_body_;
-  bool rotations_{false};
 };
 
 }  // namespace dual_proxy

@@ -19,16 +19,6 @@ Frames: B is panda_link0 (= Drake's world), S the sensor at the flange with the
 axes of panda_link7, E the tool point, 0.207 m along +z of panda_link7 with its
 axes. */
 
-/** Joint position limits, rad, the manufacturer's. */
-inline const Vector7 kPandaJointLower{
-    {-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973}};
-inline const Vector7 kPandaJointUpper{
-    {2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973}};
-/** Joint speed limits, rad/s. */
-inline const Vector7 kPandaJointVelocityLimit{
-    {2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61}};
-/** Joint torque limits, N m. */
-inline const Vector7 kPandaTorqueLimit{{87, 87, 87, 87, 12, 12, 12}};
 /** Rest posture, rad: E at (0.45, 0, 0.18) m, the tool pointing straight down,
 no joint within 0.5 rad of its limits. */
 inline const Vector7 kPandaQRest{{0, -0.0339, 0, -2.5555, 0, 2.5216, 0}};
@@ -54,7 +44,7 @@ struct PandaScene {
   /** For SensorReactionSystem. */
   drake::multibody::JointIndex sensor_joint;
 
-  /** Joint torques, 7, N m, clamped by the plant at kPandaTorqueLimit. */
+  /** Joint torques, 7, N m, clamped by the plant at ArmLimits::torque. */
   const InputPort& get_actuation_input_port() const {
     return plant->get_actuation_input_port(arm);
   }

@@ -118,7 +118,8 @@ class StationBuilder {
     builder_.Connect(reaction->get_reaction_output_port(),
                      side.get_reaction_input_port());
     Log(side.get_signals_output_port(), RobotSide::OutputLayout());
-    Log(side.get_sensor_bad_inputs_output_port(), "sensor_bad_inputs");
+    LogScalars(side.get_sensor_counters_output_port(),
+               {"sensor_bad_inputs", "sensor_tares_refused"});
     std::vector<SignalSlice> layout{
         {.name = "contact_force", .start = 0, .size = 3},
         {.name = "contact_normal", .start = 3, .size = 3},
@@ -384,7 +385,8 @@ RunLog MakeRunLog(const TeleopStation& station,
 MetricsParams MakeMetricsParams(const Scenario& scenario) {
   return {.map = scenario.map,
           .delay = scenario.link.delay(),
-          .has_filter = scenario.scheme == Scheme::kDualProxy};
+          .has_filter = scenario.scheme == Scheme::kDualProxy,
+          .control_period = scenario.controller.period};
 }
 
 }  // namespace dual_proxy

@@ -44,6 +44,14 @@ Eigen::Matrix<double, kSize, 1> EvalVector(
 Eigen::Matrix3d EvalMatrix(const drake::systems::InputPort<double>& port,
                            const drake::systems::Context<double>& context);
 
+/** Whether a port of size 1 holds more than 0.5; `otherwise` if it is not
+connected. */
+inline bool EvalFlag(const drake::systems::InputPort<double>& port,
+                     const drake::systems::Context<double>& context,
+                     bool otherwise) {
+  return port.HasValue(context) ? port.Eval(context)(0) > 0.5 : otherwise;
+}
+
 /** The message at a port, the empty one if it is not connected. */
 template <typename Message>
 const Message& EvalMessage(const drake::systems::InputPort<double>& port,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/control/force_loop.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "dual_proxy/common/low_pass.h"
@@ -13,6 +14,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
+
+/** N s/m [N m s/rad] per unit of damping: what brakes at the speed limit, as a
+multiple of the loop's own damping. */
+constexpr double kBraking = 5;
 
 TimeDomainPassivityParams WithPeriod(TimeDomainPassivityParams params,
                                      double period) {
@@ -28,6 +33,7 @@ void ForceLoopParams::Validate() const {
   ThrowUnlessNonNegative(who, "integral_gain", integral_gain);
   ThrowUnlessNonNegative(who, "damping", damping);
   ThrowUnlessNonNegative(who, "max_integral_force", max_integral_force);
+  ThrowUnlessPositive(who, "speed_limit", speed_limit);
   ThrowUnlessNonNegative(who, "filter_cutoff", filter_cutoff);
   ThrowUnlessNonNegative(who, "release_time", release_time);
   ThrowUnlessPositive(who, "period", period);
@@ -50,6 +56,18 @@ ForceLoopState ForceLoop::MakeState() const noexcept {
   return state;
 }
 
+Vector3d ForceLoop::CalcBraking(const Vector3d& force,
+                                const Vector3d& velocity) const noexcept {
+  const double speed = velocity.norm();
+  const double share =
+      std::clamp(2 * speed / params_.speed_limit - 1, 0.0, 1.0);
+  if (share == 0) return Vector3d::Zero();
+  const double smooth = share * share * (3 - 2 * share);
+  const Vector3d direction = velocity / speed;
+  const double driving = std::max(0.0, force.dot(direction));
+  return -smooth * (driving + kBraking * params_.damping * speed) * direction;
+}
+
 Vector3d ForceLoop::Update(const Vector3d& reference, const Vector3d& sensed,
                            const Vector3d& velocity, const Matrix3d& selection,
                            const Matrix3d& blended,
@@ -69,6 +87,10 @@ Vector3d ForceLoop::Update(const Vector3d& reference, const Vector3d& sensed,
     }
     state->integral = kept;
     state->selection = selection;
+    // What was saved up in one contact is not for the next one's first touch.
+    if (selection.isZero(0)) {
+      state->passivity.energy = params_.passivity.initial_energy;
+    }
   }
   if (params_.integral_gain > 0) {
     state->integral =
@@ -76,9 +98,10 @@ Vector3d ForceLoop::Update(const Vector3d& reference, const Vector3d& sensed,
                  params_.max_integral_force / params_.integral_gain);
   }
 
-  const Vector3d feedback =
+  Vector3d feedback =
       -(blended * (params_.gain * error + params_.damping * velocity)) -
       params_.integral_gain * state->integral + state->released;
+  feedback += CalcBraking(reference + feedback, blended * velocity);
   return reference + feedback +
          passivity_.Update(feedback, velocity, blended, &state->passivity);
 }

@@ -19,6 +19,7 @@ ForceLoopParams MakeForceLoopParams(
                        .integral_gain = params.force_integral_gain,
                        .damping = params.force_damping,
                        .max_integral_force = params.max_integral_force,
+                       .speed_limit = params.force_speed_limit,
                        .filter_cutoff = params.force_filter_cutoff,
                        .release_time = params.selection_blend_time,
                        .passivity = params.force_passivity,
@@ -35,6 +36,7 @@ ForceLoopParams MakeMomentLoopParams(
                        .integral_gain = params.moment_integral_gain,
                        .damping = params.moment_damping,
                        .max_integral_force = params.max_integral_moment,
+                       .speed_limit = params.moment_speed_limit,
                        .filter_cutoff = params.force_filter_cutoff,
                        .release_time = params.selection_blend_time,
                        .passivity = params.moment_passivity,
@@ -75,7 +77,7 @@ bool FactorInPlace(Eigen::Matrix<double, n, n>* A) {
   return true;
 }
 
-// X becomes L^-1 X, with the lower triangle of L.
+// X becomes L^-1 X, with the lower triangle of L; below, L^-T X.
 template <int n, int m>
 void SolveLowerInPlace(const Eigen::Matrix<double, n, n>& L,
                        Eigen::Matrix<double, n, m>* X) {
@@ -83,6 +85,15 @@ void SolveLowerInPlace(const Eigen::Matrix<double, n, n>& L,
     const double scale = 1 / L(i, i);
     for (int j = 0; j < i; ++j) X->row(i) -= L(i, j) * X->row(j);
     X->row(i) *= scale;
+  }
+}
+
+template <int n>
+void SolveLowerTransposedInPlace(const Eigen::Matrix<double, n, n>& L,
+                                 Eigen::Matrix<double, n, 1>* x) {
+  for (int i = n - 1; i >= 0; --i) {
+    for (int j = i + 1; j < n; ++j) (*x)(i) -= L(j, i) * (*x)(j);
+    (*x)(i) /= L(i, i);
   }
 }
 
@@ -120,6 +131,8 @@ void OperationalSpaceControllerParams::Validate() const {
   ThrowUnlessNonNegative(who, "moment_integral_gain", moment_integral_gain);
   ThrowUnlessNonNegative(who, "moment_damping", moment_damping);
   ThrowUnlessNonNegative(who, "max_integral_moment", max_integral_moment);
+  ThrowUnlessPositive(who, "force_speed_limit", force_speed_limit);
+  ThrowUnlessPositive(who, "moment_speed_limit", moment_speed_limit);
   ThrowUnlessNonNegative(who, "force_filter_cutoff", force_filter_cutoff);
   ThrowUnlessNonNegative(who, "selection_blend_time", selection_blend_time);
   ThrowUnlessFinite(who, "q_rest", q_rest);
@@ -127,8 +140,10 @@ void OperationalSpaceControllerParams::Validate() const {
   ThrowUnlessNonNegative(who, "posture_damping", posture_damping);
   ThrowUnlessPositive(who, "max_mass", max_mass);
   ThrowUnlessPositive(who, "characteristic_length", characteristic_length);
+  joint_limits.Validate();
   ThrowUnlessAllPositive(who, "torque_limit", torque_limit);
   ThrowUnlessPositive(who, "torque_rate_limit", torque_rate_limit);
+  ThrowUnlessInRange(who, "torque_margin", torque_margin, 0, 0.99);
   ThrowUnlessPositive(who, "period", period);
   WithPeriod(force_passivity, period).Validate();
   WithPeriod(moment_passivity, period).Validate();
@@ -181,8 +196,9 @@ OperationalSpaceController::OperationalSpaceController(
     : params_((params.Validate(), params)),
       force_loop_(MakeForceLoopParams(params)),
       moment_loop_(MakeMomentLoopParams(params)),
-      blend_({.blend_time = params.selection_blend_time,
-              .period = params.period}) {}
+      blend_(
+          {.blend_time = params.selection_blend_time, .period = params.period}),
+      joint_limits_(params.joint_limits) {}
 
 OperationalSpaceControllerState OperationalSpaceController::MakeState()
     const noexcept {
@@ -192,10 +208,26 @@ OperationalSpaceControllerState OperationalSpaceController::MakeState()
   return state;
 }
 
+Vector7 OperationalSpaceController::CalcLimiting(
+    const OperationalSpaceControllerInput& input, const Vector7& net,
+    OperationalSpaceControllerState* state) const noexcept {
+  if (!joint_limits_.IsNear(input.q, input.v)) return Vector7::Zero();
+  Matrix7 L = input.model.mass;
+  if (!FactorInPlace(&L)) return Vector7::Zero();
+  Vector7 acceleration = net;
+  SolveLowerInPlace(L, &acceleration);
+  SolveLowerTransposedInPlace(L, &acceleration);
+  const Vector7 limited = joint_limits_.Limit(input.q, input.v, acceleration);
+  if (limited == acceleration) return Vector7::Zero();
+  ++state->joint_limited;
+  return input.model.mass * (limited - acceleration);
+}
+
 Vector7 OperationalSpaceController::Send(
     const Vector7& torque, const Vector7& gravity,
     OperationalSpaceControllerState* state) const noexcept {
-  const Vector7& limit = params_.torque_limit;
+  const double usable = 1 - params_.torque_margin;
+  const Vector7 limit = usable * params_.torque_limit;
   const Vector7 limited = torque.cwiseMax(-limit).cwiseMin(limit);
   if (limited != torque) ++state->torque_limited;
   if (!state->initialized) {
@@ -203,7 +235,7 @@ Vector7 OperationalSpaceController::Send(
     state->torque = (-gravity).cwiseMax(-limit).cwiseMin(limit);
   }
   const Vector7 step =
-      Vector7::Constant(params_.torque_rate_limit * params_.period);
+      Vector7::Constant(usable * params_.torque_rate_limit * params_.period);
   const Vector7 sent =
       limited.cwiseMax(state->torque - step).cwiseMin(state->torque + step);
   if (sent != limited) ++state->rate_limited;
@@ -274,9 +306,10 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
   const Vector6 wrench =
       Lambda * (acceleration - model.Jdot_v - model.J_BE * posture) +
       contact_wrench;
-  output.torque = Send(model.J_BE.transpose() * wrench + model.mass * posture +
-                           model.bias - model.gravity,
-                       model.gravity, state);
+  const Vector7 net = model.J_BE.transpose() * wrench + model.mass * posture;
+  output.torque =
+      Send(net + model.bias - model.gravity + CalcLimiting(input, net, state),
+           model.gravity, state);
 
   const Vector6 motion_wrench = Lambda * acceleration;
   const bool unit_mass = params_.unit_mass_motion_force;

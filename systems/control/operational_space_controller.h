@@ -6,6 +6,7 @@
 
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/force_loop.h"
+#include "dual_proxy/control/joint_limits.h"
 #include "dual_proxy/control/model_terms.h"
 #include "dual_proxy/control/passivity_controller.h"
 #include "dual_proxy/control/selection_blend.h"
@@ -28,6 +29,10 @@ struct OperationalSpaceControllerParams {
   double moment_integral_gain{5.5};  ///< 1/s, >= 0.
   double moment_damping{0.8};        ///< N m s/rad, >= 0.
   double max_integral_moment{1};     ///< N m, >= 0.
+  /** m/s and rad/s, > 0: how fast the tool may move in force and in moment
+  space by the loops' own doing (ForceLoopParams::speed_limit). */
+  double force_speed_limit{0.1};
+  double moment_speed_limit{1};
   /** Hz, >= 0: low-pass on the sensed wrench; 0 is off. Its phase is what makes
   force_gain 2.5 need the passivity controller. */
   double force_filter_cutoff{100};
@@ -41,8 +46,9 @@ struct OperationalSpaceControllerParams {
   /** Passivity controller of the force and of the moment loop on or off; the
   observers always run. */
   bool passivity{true};
-  /** Of the force loop; `enabled` and `period` are set from this struct. */
-  TimeDomainPassivityParams force_passivity{};
+  /** Of the force loop; `enabled` and `period` are set from this struct. It has
+  nothing to spend at first touch: a light tool would bounce on it. */
+  TimeDomainPassivityParams force_passivity{.initial_energy = 0};
   /** Of the moment loop: N m s/rad and J. */
   TimeDomainPassivityParams moment_passivity{.initial_energy = 2e-4,
                                              .max_energy = 2e-4,
@@ -73,10 +79,13 @@ struct OperationalSpaceControllerParams {
   /** m, > 0: lever that turns rotational inertia into mass for max_mass. */
   double characteristic_length{0.2};
 
+  JointLimitsParams joint_limits{};
   /** N m, > 0: per joint. */
   Vector7 torque_limit{(Vector7() << 87, 87, 87, 87, 12, 12, 12).finished()};
   double torque_rate_limit{1000};  ///< N m/s, > 0: per joint (the FCI's).
-  double period{0.001};            ///< s, > 0: control period.
+  /** [0, 1): share of torque_limit and torque_rate_limit that is kept free. */
+  double torque_margin{0.05};
+  double period{0.001};  ///< s, > 0: control period.
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
@@ -96,6 +105,8 @@ struct OperationalSpaceControllerParams {
     a->Visit(MakeNameValue("moment_integral_gain", &moment_integral_gain));
     a->Visit(MakeNameValue("moment_damping", &moment_damping));
     a->Visit(MakeNameValue("max_integral_moment", &max_integral_moment));
+    a->Visit(MakeNameValue("force_speed_limit", &force_speed_limit));
+    a->Visit(MakeNameValue("moment_speed_limit", &moment_speed_limit));
     a->Visit(MakeNameValue("force_filter_cutoff", &force_filter_cutoff));
     a->Visit(MakeNameValue("feed_forward", &feed_forward));
     a->Visit(MakeNameValue("selection_blend_time", &selection_blend_time));
@@ -110,8 +121,10 @@ struct OperationalSpaceControllerParams {
     a->Visit(MakeNameValue("posture_damping", &posture_damping));
     a->Visit(MakeNameValue("max_mass", &max_mass));
     a->Visit(MakeNameValue("characteristic_length", &characteristic_length));
+    a->Visit(MakeNameValue("joint_limits", &joint_limits));
     a->Visit(MakeNameValue("torque_limit", &torque_limit));
     a->Visit(MakeNameValue("torque_rate_limit", &torque_rate_limit));
+    a->Visit(MakeNameValue("torque_margin", &torque_margin));
     a->Visit(MakeNameValue("period", &period));
   }
 };
@@ -191,6 +204,7 @@ struct OperationalSpaceControllerState {
   bool initialized{false};          ///< A torque was sent.
   std::int64_t bad_inputs{0};       ///< Cycles refused.
   std::int64_t singular{0};         ///< Cycles in which Lambda was bounded.
+  std::int64_t joint_limited{0};    ///< Cycles in which joint_limits acted.
   std::int64_t torque_limited{0};   ///< Cycles in which torque_limit acted.
   std::int64_t rate_limited{0};     ///< Cycles in which the rate limit acted.
 };
@@ -210,9 +224,11 @@ selections), v_p and a_p the limited proxy's velocity and acceleration
 of eq. (14) exactly: without contact and F_f the tool point accelerates by a,
 whatever the posture does.
 
-The torque is limited per joint to torque_limit, and last of all in its rate,
-relative to the torque sent last; the first cycle starts at the gravity
-compensation.
+Towards a joint's end or its largest speed the acceleration that the command
+asks of it is limited (JointLimits), while the other joints keep theirs; what a
+contact does to the arm is left out there. The torque is limited per joint to
+torque_limit, and last of all in its rate, relative to the torque sent last,
+both with torque_margin; the first cycle starts at the gravity compensation.
 
 Refused cycles: if an input is not finite, a selection is not a projection or
 the mass matrix is not positive definite, the torque goes to the gravity
@@ -238,6 +254,11 @@ class OperationalSpaceController {
       OperationalSpaceControllerState* state) const noexcept;
 
  private:
+  /** The torque that is to be added so that no joint passes its limits.
+  @param net  N m: what accelerates the arm. */
+  Vector7 CalcLimiting(const OperationalSpaceControllerInput& input,
+                       const Vector7& net,
+                       OperationalSpaceControllerState* state) const noexcept;
   /** Limits `torque` in size and rate, and remembers it as sent. */
   Vector7 Send(const Vector7& torque, const Vector7& gravity,
                OperationalSpaceControllerState* state) const noexcept;
@@ -249,6 +270,7 @@ class OperationalSpaceController {
   ForceLoop force_loop_;
   ForceLoop moment_loop_;
   SelectionBlend blend_;
+  JointLimits joint_limits_;
 };
 
 }  // namespace dual_proxy

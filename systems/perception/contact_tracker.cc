@@ -23,6 +23,9 @@ constexpr double kImpulseTime = 0.02;      // s: to the mean force, sticking.
 constexpr double kPriorTime = 0.05;        // s: until a wrong prior is gone.
 constexpr double kEntryTime = 0.02;        // s: the approach's speed is gone.
 constexpr double kSettlingTime = 0.05;     // s: no drop by velocity before.
+constexpr double kDepartureTime = 0.5;     // s: until a departure is forgotten.
+constexpr double kDeparted = 3e-4;         // m: beyond its noise it is clear.
+constexpr double kPressed = 4;             // times loss_force: not lightly.
 constexpr double kConflictTime = 0.03;     // s: of motion along a normal.
 constexpr double kSettledSlide = 0.002;    // m: the normal is known by then.
 constexpr double kTilt = 0.12;             // rad: usual tilt by friction.
@@ -92,6 +95,10 @@ void FrictionConeParams::Validate() const {
   ThrowUnlessPositive(kWho, "sliding_speed", sliding_speed);
   ThrowUnlessPositive(kWho, "max_friction", max_friction);
   ThrowUnlessPositive(kWho, "contact_force", contact_force);
+  if (contact_force <= force_noise) {
+    ThrowInvalidField(kWho, "contact_force", "a value > force_noise",
+                      contact_force);
+  }
   ThrowUnlessNonNegative(kWho, "loss_force", loss_force);
   if (loss_force >= contact_force) {
     ThrowInvalidField(kWho, "loss_force", "a value < contact_force",
@@ -112,6 +119,9 @@ ContactTracker::ContactTracker(const Params& params, int num_particles,
       smoothing_gain_(Share(period, kSmoothingTime)),
       friction_gain_(Share(period, kFrictionTime)),
       impulse_gain_(Share(period, kImpulseTime)),
+      departure_decay_(std::exp(-period / kDepartureTime)),
+      departure_noise_(2 * params.velocity_noise *
+                       std::sqrt(0.5 * kDepartureTime * period)),
       prior_decay_(std::exp(-period / kPriorTime)) {
   // Updates count as they come at 100 Hz. Faster ones are not independent of
   // each other; slower ones may end a contact alone, but not begin one.
@@ -131,7 +141,7 @@ double ContactTracker::CalcMaxFriction(const State& state) const noexcept {
 
 void ContactTracker::Update(const Vector3d& force_in,
                             const Vector3d& velocity_in,
-                            const ContactPrior& prior,
+                            const Vector3d& command, const ContactPrior& prior,
                             const ContactParticles& particles,
                             State* state) const noexcept {
   // Squares and quotients of what is larger would overflow.
@@ -153,7 +163,7 @@ void ContactTracker::Update(const Vector3d& force_in,
     state->settled_time += period_;
     LearnFriction(force, velocity, state);
     NoteMotion(velocity, state);
-    if (DropLost(velocity, particles, state)) {
+    if (DropLost(velocity, command, particles, state)) {
       Explain(force, velocity, state);
     }
   }
@@ -365,7 +375,19 @@ void ContactTracker::NoteMotion(const Vector3d& velocity,
   }
 }
 
-bool ContactTracker::DropLost(const Vector3d& velocity,
+double ContactTracker::CalcLossShare(const TrackedContact& contact,
+                                     const Vector3d& command) const noexcept {
+  if (command.isZero(0)) return 1;
+  // Part of the way along a normal that is not exact seems along it.
+  const double departed = std::abs(contact.departed) -
+                          CalcStd(contact) * contact.way - departure_noise_;
+  // Without the contact a force loop commands a multiple of its reference.
+  const double pressed =
+      command.dot(contact.normal) / (kPressed * params_.loss_force + 1e-9) - 1;
+  return std::clamp(std::max(departed / kDeparted, pressed), 0.0, 1.0);
+}
+
+bool ContactTracker::DropLost(const Vector3d& velocity, const Vector3d& command,
                               const ContactParticles& particles,
                               State* state) const noexcept {
   const double speed = velocity.norm();
@@ -379,6 +401,14 @@ bool ContactTracker::DropLost(const Vector3d& velocity,
       if (j != i) level += other.force * std::min(kMaxSlack, CalcStd(other));
     }
     double change = lost_rate_ * (level - contact.force);
+    if (change > 0) {
+      contact.departed = departure_decay_ * contact.departed +
+                         period_ * velocity.dot(contact.normal);
+      contact.way = departure_decay_ * contact.way + period_ * speed;
+      change *= CalcLossShare(contact, command);
+    } else {
+      contact.departed = contact.way = 0;
+    }
     if (state->count > 1 && state->settled_time > kSettlingTime) {
       const double excess = std::abs(velocity.dot(contact.normal)) /
                                 (0.002 + (kSlack + CalcStd(contact)) * speed) -

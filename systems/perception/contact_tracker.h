@@ -29,7 +29,9 @@ struct FrictionConeParams {
   double max_friction{0.7};
   /** N, > 0: from here on what a force shows speaks for a contact. */
   double contact_force{0.6};
-  /** N, >= 0, < contact_force: below, it speaks against one that was there. */
+  /** N, >= 0, < contact_force: below, it speaks against one that was there;
+  where little is commanded only as far as the tool has moved along the normal
+  since. */
   double loss_force{0.45};
   /** m/N, >= 0: how much surface, tool and arm give. A changing force moves the
   tool into the surface, which then is not taken for sliding. */
@@ -76,6 +78,10 @@ struct TrackedContact {
   double slid{0};
   /** The evidence against it. */
   double loss{0};
+  /** m: since its force last spoke for it, how far the tool has moved along the
+  normal, and on its way; both forget with time. */
+  double departed{0};
+  double way{0};
   /** In B: an expected normal over its variance (rad^2), or zero. */
   Eigen::Vector3d prior{Eigen::Vector3d::Zero()};
 };
@@ -134,7 +140,10 @@ tool slides and anywhere in the cone where it sticks; mu is learned while it
 slides. A contact is found when r speaks for one long enough (with no contact r
 is the force itself), and dropped when its lambda_i is not there any more, or,
 one of several, when the tool moves along its normal: CUSUM tests on the log
-likelihood. Then each contact's particles
+likelihood. Where no more than a small force is commanded a small force says
+nothing, and counts as far as the tool has moved along the normal: a hand may
+rest lightly on a surface, and what holds the tool in place is there, however
+hard it is pressed. Then each contact's particles
 
     move      as far as surfaces turn in the distance that was slid,
     weight    1 / (1 + <rho,v>^2 / 3 sigma_v^2) exp(-|e|^2 / 2 sigma_f^2)
@@ -160,10 +169,12 @@ class ContactTracker {
   neither before nor after. No heap, no throw.
   @param force  F_s, N, in B.
   @param velocity  m/s, in B.
+  @param command  F_f, N, in B: commanded in force space; zero if that is not
+    known.
   @param[in,out] particles  those of the contacts that `state` knows. */
   void Update(const Eigen::Vector3d& force, const Eigen::Vector3d& velocity,
-              const ContactPrior& prior, const ContactParticles& particles,
-              State* state) const noexcept;
+              const Eigen::Vector3d& command, const ContactPrior& prior,
+              const ContactParticles& particles, State* state) const noexcept;
 
   /** rad: the angle within which the true direction lies with 95 %: of the
   normal (one contact) or the free axis (two); pi/2 with none, 0 with three. */
@@ -188,7 +199,9 @@ class ContactTracker {
                      const Eigen::Vector3d& velocity,
                      State* state) const noexcept;
   void NoteMotion(const Eigen::Vector3d& velocity, State* state) const noexcept;
-  bool DropLost(const Eigen::Vector3d& velocity,
+  double CalcLossShare(const TrackedContact& contact,
+                       const Eigen::Vector3d& command) const noexcept;
+  bool DropLost(const Eigen::Vector3d& velocity, const Eigen::Vector3d& command,
                 const ContactParticles& particles, State* state) const noexcept;
   void AddFound(const Eigen::Vector3d& force, const Eigen::Vector3d& velocity,
                 const ContactPrior& prior, const ContactParticles& particles,
@@ -216,6 +229,9 @@ class ContactTracker {
   double smoothing_gain_;
   double friction_gain_;
   double impulse_gain_;
+  double departure_decay_;
+  // m: what the velocity's noise makes of a departure.
+  double departure_noise_;
   double prior_decay_;
   // Log likelihood ratio of one period per N of difference to a level.
   double found_rate_;

@@ -148,7 +148,7 @@ FilterStatus ForceSpaceParticleFilter::Update(
   }
   ++state->updates;
   if (params_.likelihood == Likelihood::kFrictionCone) {
-    return UpdateContacts(sensed_force, velocity, state);
+    return UpdateContacts(sensed_force, velocity, contact_force, state);
   }
   const int num_added = CountAdded(sensed_force, velocity, motion_force);
   const bool is_free = state->singular_values(0) == 0;
@@ -188,9 +188,9 @@ FilterStatus ForceSpaceParticleFilter::UpdateInFull(
 
 FilterStatus ForceSpaceParticleFilter::UpdateContacts(
     const Eigen::Vector3d& sensed_force, const Eigen::Vector3d& velocity,
-    State* state) const noexcept {
+    const Eigen::Vector3d& contact_force, State* state) const noexcept {
   const int count_before = state->tracker.count;
-  tracker_.Update(sensed_force, velocity,
+  tracker_.Update(sensed_force, velocity, contact_force,
                   {&state->prior, state->num_priors, state->prior_std},
                   {ListOf(&state->particles), ListOf(&state->augmented),
                    state->cumulative_weights.data(), state->chosen.data(),

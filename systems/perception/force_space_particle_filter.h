@@ -194,8 +194,9 @@ Particle Filter of section IV of the paper. Particles live on the unit sphere
 contact).
 
 With Likelihood::kFrictionCone the particles are those of ContactTracker's
-contacts, whose number is the dimension; it needs no commands, and the spaces
-come from the particles as below. With Likelihood::kPaper one update is
+contacts, whose number is the dimension; of the commands it uses F_f, if that is
+given, and the spaces come from the particles as below. With Likelihood::kPaper
+one update is
 
     move      rho += N(scatter_mean, scatter_std) for rho != 0     Algorithm 1
     add       along the arc from F_f to F_m, if F_m is likely      Algorithm 1
@@ -306,6 +307,7 @@ class ForceSpaceParticleFilter {
                 State* state) const noexcept;
   FilterStatus UpdateContacts(const Eigen::Vector3d& sensed_force,
                               const Eigen::Vector3d& velocity,
+                              const Eigen::Vector3d& contact_force,
                               State* state) const noexcept;
   void CalcSpaces(State* state) const noexcept;
   void TurnToMainContact(State* state) const noexcept;

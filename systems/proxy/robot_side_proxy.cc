@@ -14,6 +14,7 @@ VirtualSpringParams ForceSpring(const RobotSideProxyParams& params) {
   VirtualSpringParams spring;
   spring.stiffness = params.stiffness;
   spring.max_force = params.max_force;
+  spring.leash = params.max_distance;
   spring.rate = params.force_rate;
   spring.handover = params.handover;
   spring.period = params.period;
@@ -24,6 +25,7 @@ VirtualSpringParams MomentSpring(const RobotSideProxyParams& params) {
   VirtualSpringParams spring = ForceSpring(params);
   spring.stiffness = params.rotational_stiffness;
   spring.max_force = params.max_moment;
+  spring.leash = 0;
   spring.rate = params.moment_rate;
   return spring;
 }
@@ -49,6 +51,8 @@ void RobotSideProxyParams::Validate() const {
   ThrowUnlessPositive(who, "force_rate", force_rate);
   ThrowUnlessPositive(who, "moment_rate", moment_rate);
   ThrowUnlessNonNegative(who, "max_motion_error", max_motion_error);
+  ThrowUnlessPositive(who, "max_distance", max_distance);
+  ThrowUnlessInRange(who, "max_distance", max_distance, 0, 0.25);
   ThrowUnlessPositive(who, "period", period);
   if (limiter.period != period) {
     ThrowInvalidField(who, "limiter.period", "the value of `period`",
@@ -66,7 +70,8 @@ RobotSideProxy::RobotSideProxy(RobotSideProxyParams params)
       force_spring_(ForceSpring(params_)),
       moment_spring_(MomentSpring(params_)) {}
 
-void RobotSideProxy::MoveProxy(double time, bool follow,
+void RobotSideProxy::MoveProxy(double time, const Eigen::Vector3d& p_BE,
+                               bool follow,
                                RobotSideProxyState* state) const noexcept {
   const Pose last = state->output.proxy_pose;
   if (follow) {
@@ -75,6 +80,11 @@ void RobotSideProxy::MoveProxy(double time, bool follow,
                             : MovingPose{.pose = state->interpolator.to.pose};
     if (!workspace_.Contains(target.pose.p)) {
       target.pose.p = workspace_.Clamp(target.pose.p);
+      target.velocity.head<3>().setZero();
+    }
+    const Eigen::Vector3d way = target.pose.p - p_BE;
+    if (way.norm() > params_.max_distance) {
+      target.pose.p = p_BE + Saturate(way, params_.max_distance);
       target.velocity.head<3>().setZero();
     }
     limiter_.Update(target.pose, target.velocity, &state->limiter);
@@ -145,8 +155,10 @@ void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
     output.proxy_pose = input.X_BE;
   }
 
-  const bool active = valid && state->link.status == LinkStatus::kConnected;
-  MoveProxy(time, active, state);
+  const bool guided =
+      input.sensor_ready && state->link.status == LinkStatus::kConnected;
+  const bool active = valid && guided;
+  MoveProxy(time, input.X_BE.p, active, state);
 
   // A change of the selections that cannot be acted on now is seen again in the
   // next tick.
@@ -155,7 +167,7 @@ void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
       usable ? input.force_selection : state->force.selection;
   const Eigen::Matrix3d Omega_tau =
       usable ? input.moment_selection : state->moment.selection;
-  if (usable && state->link.status != LinkStatus::kConnected) {
+  if (usable && !guided) {
     Release(input.X_BE, Omega_f, Omega_tau, state);
   }
 

@@ -37,6 +37,10 @@ struct RobotSideProxyParams {
   /// Bound on |dx_m|, m, >= 0; 0 is none. It bounds the force with which the
   /// robot meets a surface that the filter has not found yet.
   double max_motion_error{0.012};
+  /// How far proxy and robot may part, m, (0, 0.25]: where the robot can not
+  /// follow, the proxy waits; a robot that leaves its proxy in force space is
+  /// held by F_r, which max_force then bounds no more.
+  double max_distance{0.15};
   /// How F_r and M_r start in a new direction.
   Handover handover{Handover::kBumpless};
   double period{0.001};  ///< Time between two calls of Update(), s, > 0.
@@ -60,6 +64,7 @@ struct RobotSideProxyParams {
     a->Visit(MakeNameValue("force_rate", &force_rate));
     a->Visit(MakeNameValue("moment_rate", &moment_rate));
     a->Visit(MakeNameValue("max_motion_error", &max_motion_error));
+    a->Visit(MakeNameValue("max_distance", &max_distance));
     VisitEnum(a, "RobotSideProxyParams", "handover", &handover);
     a->Visit(MakeNameValue("period", &period));
   }
@@ -77,6 +82,9 @@ struct RobotSideProxyInput {
   bool has_sensed{false};
   Eigen::Vector3d sensed_force{Eigen::Vector3d::Zero()};   ///< F_s, N.
   Eigen::Vector3d sensed_moment{Eigen::Vector3d::Zero()};  ///< M_s, N m.
+  /// Whether the force sensor can be relied on; without it the robot holds its
+  /// place.
+  bool sensor_ready{true};
 };
 
 /** One tick's outputs, in B. */
@@ -131,6 +139,8 @@ The link:
 - When messages come, for the first time or again, the proxy goes to them
   through the limiter, and F_r follows at its rate limit: no jump.
 
+While the sensor is not ready the robot holds its place, as without a link.
+
 A tick whose time, pose, selection or sensed force is not valid is refused and
 counted: the proxy brakes and F_r fades as if the link were lost; dx_m and
 dphi_m are those of the last valid selections, or zero if the pose itself is not
@@ -154,7 +164,7 @@ class RobotSideProxy {
               RobotSideProxyState* state) const noexcept;
 
  private:
-  void MoveProxy(double time, bool follow,
+  void MoveProxy(double time, const Eigen::Vector3d& p_BE, bool follow,
                  RobotSideProxyState* state) const noexcept;
   void Release(const Pose& X_BE, const Eigen::Matrix3d& Omega_f,
                const Eigen::Matrix3d& Omega_tau,

@@ -16,6 +16,7 @@ RobotSideProxySystem::RobotSideProxySystem(const RobotSideProxyParams& params)
   DeclareVectorInputPort("force_selection", 9);
   DeclareVectorInputPort("moment_selection", 9);
   DeclareVectorInputPort("sensed_wrench", 6);
+  DeclareVectorInputPort("sensor_ready", 1);
   DeclareMemory(proxy_.MakeState(), params.period);
   const auto declare = [this](const std::string& name, auto Output::* member) {
     DeclareVectorOutput(name, static_cast<int>((Output{}.*member).size()),
@@ -52,6 +53,7 @@ void RobotSideProxySystem::Step(const Context& context, State* state) const {
       EvalVector<6>(get_sensed_wrench_input_port(), context);
   input.sensed_force = sensed.head<3>();
   input.sensed_moment = sensed.tail<3>();
+  input.sensor_ready = EvalFlag(get_sensor_ready_input_port(), context, true);
   proxy_.Update(context.get_time(), input, state);
 }
 

@@ -17,6 +17,7 @@ input_ports:
 - force_selection
 - moment_selection
 - sensed_wrench
+- sensor_ready
 output_ports:
 - motion_error
 - rotation_error
@@ -35,6 +36,8 @@ Input ports, in the base frame B unless said:
 - `force_selection`, `moment_selection`, 9 each: row-major (optional, zero).
 - `sensed_wrench`, 6: [force; moment] at E, N, N m (optional: without it there
   is no bumpless hand-over).
+- `sensor_ready`, 1: whether the force sensor can be relied on, > 0.5 if so
+  (optional: it can). Otherwise the robot holds its place.
 
 Output ports, in B:
 - `motion_error`, 3, m.
@@ -66,6 +69,9 @@ class RobotSideProxySystem final : public Face<RobotSideProxyState> {
   }
   const InputPort& get_sensed_wrench_input_port() const {
     return get_input_port(4);
+  }
+  const InputPort& get_sensor_ready_input_port() const {
+    return get_input_port(5);
   }
   const OutputPort& get_motion_error_output_port() const {
     return get_output_port(0);

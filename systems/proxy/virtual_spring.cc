@@ -37,6 +37,7 @@ void VirtualSpringParams::Validate() const {
   const char* const who = "VirtualSpringParams";
   ThrowUnlessNonNegative(who, "stiffness", stiffness);
   ThrowUnlessNonNegative(who, "max_force", max_force);
+  ThrowUnlessNonNegative(who, "leash", leash);
   ThrowUnlessPositive(who, "rate", rate);
   ThrowUnlessPositive(who, "new_direction_angle", new_direction_angle);
   ThrowUnlessInRange(who, "new_direction_angle", new_direction_angle, 0.0,
@@ -67,10 +68,11 @@ void VirtualSpring::Update(const Eigen::Vector3d& displacement,
   }
   state->selection = selection;
 
+  const Eigen::Vector3d stretch = selection * displacement;
   Eigen::Vector3d target = Eigen::Vector3d::Zero();
-  if (active) {
-    target =
-        Saturate(-params_.stiffness * (selection * displacement), max_force);
+  if (active) target = Saturate(-params_.stiffness * stretch, max_force);
+  if (params_.leash > 0 && stretch.norm() > params_.leash) {
+    target -= params_.stiffness * (stretch - Saturate(stretch, params_.leash));
   }
   state->reference =
       RateLimit(state->reference, target, params_.rate * params_.period);

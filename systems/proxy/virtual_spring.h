@@ -30,7 +30,11 @@ struct EnumStrings<Handover> {
 struct VirtualSpringParams {
   double stiffness{500.0};  ///< N/m or N m/rad, >= 0.
   double max_force{20.0};   ///< Bound on the norm, N or N m, >= 0; 0 is off.
-  double rate{50.0};        ///< Bound on its change, N/s or N m/s, > 0.
+  /// m or rad, >= 0: beyond it max_force bounds no more, and F grows on with
+  /// the stiffness; 0 is off. It is what holds a robot that leaves its proxy by
+  /// its own doing.
+  double leash{0.0};
+  double rate{50.0};  ///< Bound on its change, N/s or N m/s, > 0.
   Handover handover{Handover::kPrinted};
   /// A direction counts as new if the last force space holds nothing within
   /// this angle of it, rad, in (0, pi/2). It tells another surface from one
@@ -53,7 +57,8 @@ struct VirtualSpringState {
 
     F = -k Ω (x - x_p)
 
-saturated to a maximum and then rate-limited, both on the norm. So F changes by
+saturated to a maximum (but for displacements beyond the leash) and then
+rate-limited, both on the norm. So F changes by
 at most rate x period per tick whatever happens to x, x_p and Ω, with one
 exception: with Handover::kBumpless, when Ω takes in new directions and a sensed
 force is given, the part of F along these starts from the sensed force. Where Ω
@@ -73,7 +78,8 @@ class VirtualSpring {
   @param selection Ω, 3x3 orthogonal projection onto force (moment) space.
   @param sensed force (moment) on the environment, N (N m), or nullptr: there is
       no hand-over then.
-  @param active false: the reference fades to zero, and there is no hand-over.
+  @param active false: the reference fades to zero (or to what the leash asks
+      for), and there is no hand-over.
   @pre `selection` and `*sensed` are finite. A displacement that is not finite
   counts as none.  No heap, no throw. */
   void Update(const Eigen::Vector3d& displacement,

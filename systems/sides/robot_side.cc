@@ -24,6 +24,7 @@ void Visit(const RobotSideOutput& output, SignalSink* sink) {
   sink->Vector("reference_moment", proxy.reference_moment);
   sink->Vector("sensed_force", output.sensed_wrench.head<3>());
   sink->Vector("sensed_moment", output.sensed_wrench.tail<3>());
+  sink->Scalar("sensor_ready", output.sensor_ready);
   sink->Vector("motion_force", controller.motion_force);
   sink->Vector("motion_moment", controller.motion_moment);
   sink->Vector("force_space_force", controller.contact_force);
@@ -53,6 +54,7 @@ void Visit(const RobotSideOutput& output, SignalSink* sink) {
   sink->Count("robot_singular", counters.singular);
   sink->Count("torque_limited", counters.torque_limited);
   sink->Count("torque_rate_limited", counters.torque_rate_limited);
+  sink->Count("joint_limited", counters.joint_limited);
   sink->Count("robot_sender_bad_inputs", counters.sender_bad_inputs);
   sink->Count("robot_force_sender_bad_inputs",
               counters.force_sender_bad_inputs);
@@ -68,7 +70,8 @@ RobotSideProxyInput MakeProxyInput(const RobotSideInput& input) {
           .moment_selection = input.moment_selection,
           .has_sensed = true,
           .sensed_force = input.sensed_wrench.head<3>(),
-          .sensed_moment = input.sensed_wrench.tail<3>()};
+          .sensed_moment = input.sensed_wrench.tail<3>(),
+          .sensor_ready = input.sensor_ready};
 }
 
 }  // namespace
@@ -133,6 +136,7 @@ void RobotSide::Update(double time, const RobotSideInput& input,
   output.v = input.v;
   output.force_selection = input.force_selection;
   output.sensed_wrench = input.sensed_wrench;
+  output.sensor_ready = input.sensor_ready;
 
   const std::int64_t refused_by_proxy = state->proxy.bad_inputs;
   const std::int64_t refused_by_controller = state->controller.bad_inputs;
@@ -194,6 +198,7 @@ void RobotSide::Update(double time, const RobotSideInput& input,
       .singular = state->controller.singular,
       .torque_limited = state->controller.torque_limited,
       .torque_rate_limited = state->controller.rate_limited,
+      .joint_limited = state->controller.joint_limited,
       .sender_bad_inputs = state->pose_sender.bad_inputs,
       .force_sender_bad_inputs = state->force_sender.bad_inputs,
       .means_bad_inputs = state->filter_means.bad_inputs,

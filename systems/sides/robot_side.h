@@ -46,6 +46,9 @@ struct RobotSideInput {
   Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
   /** [force; moment about E], N, N m. */
   Vector6 sensed_wrench{Vector6::Zero()};
+  /** Whether the force sensor can be relied on; without it the robot holds its
+  place. */
+  bool sensor_ready{true};
 };
 
 /** The force-space particle filter's inputs; 3-vectors in B. */
@@ -69,9 +72,10 @@ were refused. */
 struct RobotSideCounters {
   LinkMonitorState link;
   std::int64_t limiter_bad_inputs{0};  ///< Of the proxy's limiter.
-  std::int64_t singular{0};            ///< These three of the controller.
+  std::int64_t singular{0};            ///< These four of the controller.
   std::int64_t torque_limited{0};
   std::int64_t torque_rate_limited{0};
+  std::int64_t joint_limited{0};
   std::int64_t sender_bad_inputs{0};        ///< Of the pose sender.
   std::int64_t force_sender_bad_inputs{0};  ///< Of the baseline's sender.
   std::int64_t means_bad_inputs{0};         ///< Of the filter's means.
@@ -95,6 +99,7 @@ struct RobotSideOutput {
   Vector7 v{Vector7::Zero()};     ///< rad/s.
   Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
   Vector6 sensed_wrench{Vector6::Zero()};
+  bool sensor_ready{false};
   std::int64_t link_dropped{0};  ///< Messages refused so far.
   /** Cycles that the proxy or the controller refused so far; a cycle that both
   refuse counts once. */

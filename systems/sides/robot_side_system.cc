@@ -40,6 +40,7 @@ RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
   DeclareVectorInputPort(sensor ? "reaction" : "sensed_wrench", 6);
   DeclareVectorInputPort("force_selection", 9);
   DeclareVectorInputPort("moment_selection", 9);
+  DeclareVectorInputPort(sensor ? "tare" : "sensor_ready", 1);
   DeclareMemory(start, period);
   DeclareVectorOutput("signals", RobotSide::OutputSize(),
                       [](const Memory& memory, Vector signals) {
@@ -75,11 +76,14 @@ RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
   if (sensor) {
     DeclareVectorOutput("sensed_wrench", 6,
                         [](const Memory& memory, Vector wrench) {
-                          wrench = memory.sensor.wrench;
+                          wrench = memory.sensor.adapter.wrench;
                         });
     DeclareVectorOutput(
-        "sensor_bad_inputs", 1, [](const Memory& memory, Vector count) {
-          count[0] = static_cast<double>(memory.sensor.bad_inputs);
+        "sensor_counters", 2, [](const Memory& memory, Vector counters) {
+          const ForceTorqueSensorState& sensor = memory.sensor;
+          counters << static_cast<double>(sensor.bad_inputs +
+                                          sensor.adapter.bad_inputs),
+              static_cast<double>(sensor.adapter.tares_refused);
         });
   }
   if (params.angular_filter_period > 0) {
@@ -119,15 +123,22 @@ void RobotSideSystem::Step(const Context& context, Memory* memory) const {
   input.force_selection = EvalMatrix(get_force_selection_input_port(), context);
   input.moment_selection =
       EvalMatrix(get_moment_selection_input_port(), context);
-  input.sensed_wrench = sensor_ ? memory->sensor.wrench
-                                : EvalVector<6>(get_input_port(2), context);
+  if (sensor_) {
+    input.sensed_wrench = memory->sensor.adapter.wrench;
+    input.sensor_ready = memory->sensor.adapter.ready;
+  } else {
+    input.sensed_wrench = EvalVector<6>(get_input_port(2), context);
+    input.sensor_ready = EvalFlag(get_input_port(5), context, true);
+  }
   side_.Update(time, input, &memory->side);
   memory->torque = memory->side.output.controller.torque;
   memory->stepped = true;
   // A simulated plant has no reaction before its first step.
   if (sensor_ && time > 0) {
-    const Eigen::Matrix3d& R_BE = input.X_BE.R;
-    sensor_->Update(get_input_port(2).Eval(context), R_BE, R_BE * p_SE_,
+    sensor_->Update({.measured = get_input_port(2).Eval(context),
+                     .X_BE = input.X_BE,
+                     .p_SE = p_SE_,
+                     .tare = EvalFlag(get_input_port(5), context, false)},
                     &memory->sensor);
   }
 }

@@ -39,6 +39,8 @@ input_ports:
 - reaction (only with a simulated sensor)
 - force_selection
 - moment_selection
+- sensor_ready (not with a simulated sensor)
+- tare (only with a simulated sensor)
 output_ports:
 - signals
 - torque
@@ -50,7 +52,7 @@ output_ports:
 - mean_motion_force
 - mean_contact_force
 - sensed_wrench (only with a simulated sensor)
-- sensor_bad_inputs (likewise)
+- sensor_counters (likewise)
 - mean_sensed_moment (only with an angular filter)
 - mean_angular_velocity (likewise)
 - mean_motion_moment (likewise)
@@ -64,6 +66,10 @@ Input ports, in the base frame B unless said:
 - `reaction`, 6, in its place with a simulated sensor: [force; moment], N, N m,
   in S, of the arm on the tool.
 - `force_selection`, `moment_selection`, 9 each: row-major (optional, zero).
+- `sensor_ready`, 1: whether the force sensor can be relied on, > 0.5 if so
+  (optional: it can). Otherwise the robot holds its place.
+- `tare`, 1, in its place with a simulated sensor: asks for the sensor's bias to
+  be learned anew when it comes to exceed 0.5 (optional).
 
 Output ports:
 - `signals`, RobotSide::OutputSize(): all results, by RobotSide::OutputLayout().
@@ -74,7 +80,8 @@ Output ports:
 - `mean_...`, 3 each, N, m/s, N, N: the filter's inputs, means over its current
   period.
 - `sensed_wrench`, 6: as the input of that name (only with a simulated sensor).
-- `sensor_bad_inputs`, 1: samples that the sensor refused so far (likewise).
+- `sensor_counters`, 2: samples that the sensor refused so far, and times at
+rest that gave no bias (likewise).
 - `mean_sensed_moment`, `mean_angular_velocity`, `mean_motion_moment`,
   `mean_contact_moment`, 3 each, N m, rad/s, N m, N m: the angular filter's
   inputs, likewise (only where `params.angular_filter_period` > 0).
@@ -116,6 +123,12 @@ class RobotSideSystem final : public Face<RobotSideMemory> {
   const InputPort& get_moment_selection_input_port() const {
     return get_input_port(4);
   }
+  /** @throws std::exception with a simulated sensor. */
+  const InputPort& get_sensor_ready_input_port() const {
+    return GetInputPort("sensor_ready");
+  }
+  /** @throws std::exception without a simulated sensor. */
+  const InputPort& get_tare_input_port() const { return GetInputPort("tare"); }
   const OutputPort& get_signals_output_port() const {
     return get_output_port(0);
   }
@@ -148,8 +161,8 @@ class RobotSideSystem final : public Face<RobotSideMemory> {
     return GetOutputPort("sensed_wrench");
   }
   /** @throws std::exception without a simulated sensor. */
-  const OutputPort& get_sensor_bad_inputs_output_port() const {
-    return GetOutputPort("sensor_bad_inputs");
+  const OutputPort& get_sensor_counters_output_port() const {
+    return GetOutputPort("sensor_counters");
   }
   /** @throws std::exception without an angular filter. */
   const OutputPort& get_mean_sensed_moment_output_port() const {

@@ -33,7 +33,7 @@ struct SceneContact {
   Eigen::Matrix<double, 3, 8> normals{Eigen::Matrix<double, 3, 8>::Zero()};
   Eigen::Matrix<double, 8, 1> normal_forces{
       Eigen::Matrix<double, 8, 1>::Zero()};
-  /** 0 to 3: number of independent normals. */
+  /** 0 to 3: number of independent normals, as ContactTruth counts them. */
   int dimension{0};
 };
 
@@ -43,9 +43,6 @@ class ContactScene {
   using Params = ContactSceneParams;
 
   static constexpr int kMaxSurfaces = 8;
-
-  /** Normals count as independent from this angle between two of them, rad. */
-  static constexpr double kIndependentAngle = 0.2;
 
   /** @throws std::invalid_argument if `params` is invalid. */
   explicit ContactScene(const Params& params = {});

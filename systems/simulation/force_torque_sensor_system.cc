@@ -15,12 +15,18 @@ ForceTorqueSensorSystem::ForceTorqueSensorSystem(
   ThrowUnlessFinite("ForceTorqueSensorSystem", "p_SE", p_SE);
   DeclareVectorInputPort("reaction", 6);
   DeclareValueInput<RigidTransformd>("robot_pose");
+  DeclareVectorInputPort("tare", 1);
   DeclareMemory(sensor_.MakeState(seed), params.period);
   DeclareVectorOutput(
       "sensed_wrench", 6,
-      [](const State& state, Vector wrench) { wrench = state.wrench; });
-  DeclareVectorOutput("bad_inputs", 1, [](const State& state, Vector count) {
-    count[0] = static_cast<double>(state.bad_inputs);
+      [](const State& state, Vector wrench) { wrench = state.adapter.wrench; });
+  DeclareVectorOutput("ready", 1, [](const State& state, Vector ready) {
+    ready(0) = state.adapter.ready;
+  });
+  DeclareVectorOutput("counters", 2, [](const State& state, Vector counters) {
+    counters << static_cast<double>(state.bad_inputs +
+                                    state.adapter.bad_inputs),
+        static_cast<double>(state.adapter.tares_refused);
   });
 }
 
@@ -28,10 +34,13 @@ void ForceTorqueSensorSystem::Step(const Context& context, State* state) const {
   // Not by an event's offset: period + k period is not always the others'
   // (k + 1) period, and the sensor would step before or after them.
   if (context.get_time() <= 0) return;
-  const Eigen::Matrix3d R_BE =
-      ToPose(get_robot_pose_input_port().Eval<RigidTransformd>(context)).R;
-  sensor_.Update(get_reaction_input_port().Eval(context), R_BE, R_BE * p_SE_,
-                 state);
+  sensor_.Update(
+      {.measured = get_reaction_input_port().Eval(context),
+       .X_BE =
+           ToPose(get_robot_pose_input_port().Eval<RigidTransformd>(context)),
+       .p_SE = p_SE_,
+       .tare = EvalFlag(get_tare_input_port(), context, false)},
+      state);
 }
 
 }  // namespace dual_proxy

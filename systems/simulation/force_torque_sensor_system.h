@@ -15,20 +15,25 @@ name: ForceTorqueSensorSystem
 input_ports:
 - reaction
 - robot_pose
+- tare
 output_ports:
 - sensed_wrench
-- bad_inputs
+- ready
+- counters
 @endsystem
 
 Input ports:
 - `reaction`, 6: [force; moment], N, N m, in the sensor's frame S, of the arm on
   the tool.
 - `robot_pose`, abstract RigidTransformd: X_BE.
+- `tare`, 1: asks for the bias to be learned anew when it comes to exceed 0.5
+  (optional).
 
 Output ports:
 - `sensed_wrench`, 6: [force; moment] at E, N, N m, in the base frame B, of the
   robot on its environment.
-- `bad_inputs`, 1: samples refused so far.
+- `ready`, 1: 1 if the bias is known, else 0.
+- `counters`, 2: samples refused so far, and times at rest that gave no bias.
 
 Steps every `params.period`, for the first time after one period, as a simulated
 plant has no reaction before its first step. The outputs are those of the last
@@ -47,11 +52,13 @@ class ForceTorqueSensorSystem final : public Face<ForceTorqueSensorState> {
   const InputPort& get_robot_pose_input_port() const {
     return get_input_port(1);
   }
+  const InputPort& get_tare_input_port() const { return get_input_port(2); }
   const OutputPort& get_sensed_wrench_output_port() const {
     return get_output_port(0);
   }
-  const OutputPort& get_bad_inputs_output_port() const {
-    return get_output_port(1);
+  const OutputPort& get_ready_output_port() const { return get_output_port(1); }
+  const OutputPort& get_counters_output_port() const {
+    return get_output_port(2);
   }
 
  private:

@@ -45,6 +45,57 @@ TEST_F(ForceLoopTest, LawOfEquation13) {
   EXPECT_NEAR(force.z(), 5 + 2.5 + 5.5 * 0.001 - 20 * 0.1, 1e-12);
 }
 
+// Against nothing the loop drives the tool to the speed limit at most, however
+// large the force that it wants; and what it takes away is power.
+TEST_F(ForceLoopTest, SpeedLimitHoldsAToolThatNothingStops) {
+  for (const double mass : {1.0, 4.0}) {
+    for (const bool passivity : {false, true}) {
+      params_.passivity.enabled = passivity;
+      const ForceLoop dut(params_);
+      ForceLoopState state = dut.MakeState();
+      Vector3d velocity = Vector3d::Zero();
+      Vector3d acting = Vector3d::Zero();  // With a period of delay.
+      for (int i = 0; i < 3000; ++i) {
+        velocity += 0.001 / mass * acting;
+        ASSERT_LT(velocity.norm(), 1.1 * params_.speed_limit) << i;
+        // A phantom: the sensor says that the tool pulls.
+        acting = dut.Update(Vector3d(0, 0, 20), Vector3d(0, 0, -30), velocity,
+                            kAlongZ, kAlongZ, &state);
+      }
+      EXPECT_LT(velocity.norm(), params_.speed_limit);
+      EXPECT_GT(velocity.norm(), 0.5 * params_.speed_limit);
+    }
+  }
+}
+
+TEST_F(ForceLoopTest, SpeedLimitOnlyTakesPower) {
+  ForceLoopParams slow = params_;
+  slow.speed_limit = 0.05;
+  params_.speed_limit = 1e9;
+  RandomStream random(5);
+  const auto draw = [&random](double size) {
+    return Vector3d(size * random.Normal(), size * random.Normal(),
+                    size * random.Normal());
+  };
+  for (int i = 0; i < 1000; ++i) {
+    const ForceLoop free(params_);
+    const ForceLoop limited(slow);
+    ForceLoopState a = free.MakeState();
+    ForceLoopState b = limited.MakeState();
+    const Vector3d reference = draw(5);
+    const Vector3d sensed = draw(5);
+    const Vector3d velocity = draw(0.05);
+    const Matrix3d all = Matrix3d::Identity();
+    const Vector3d change =
+        limited.Update(reference, sensed, velocity, all, all, &b) -
+        free.Update(reference, sensed, velocity, all, all, &a);
+    EXPECT_LE(change.dot(velocity), 1e-12);
+    if (velocity.norm() < 0.5 * slow.speed_limit) {
+      EXPECT_EQ(change, Vector3d::Zero());
+    }
+  }
+}
+
 TEST_F(ForceLoopTest, WithoutForceSpaceTheReferencePassesAlone) {
   const ForceLoop dut(params_);
   ForceLoopState state = dut.MakeState();

@@ -53,6 +53,11 @@ class OperationalSpaceControllerTest : public ::testing::Test {
   OperationalSpaceControllerTest() {
     params_.torque_limit.setConstant(1e6);
     params_.torque_rate_limit = 1e12;
+    params_.torque_margin = 0;
+    // Random joints are anywhere.
+    params_.joint_limits.lower.setConstant(-1e9);
+    params_.joint_limits.upper.setConstant(1e9);
+    params_.joint_limits.speed.setConstant(1e9);
     params_.max_mass = 1e6;
   }
 
@@ -298,24 +303,59 @@ TEST_F(OperationalSpaceControllerTest, PostureGivesNoTaskAcceleration) {
 TEST_F(OperationalSpaceControllerTest, StartsAtGravityAndLimitsTheRateLast) {
   params_.torque_limit = OperationalSpaceControllerParams{}.torque_limit;
   params_.torque_rate_limit = 1000;
+  params_.torque_margin = 0.05;
   const OperationalSpaceController dut(params_);
   OperationalSpaceControllerState state = dut.MakeState();
   OperationalSpaceControllerInput input = RandomInput();
   Vector7 last = (-input.model.gravity)
-                     .cwiseMax(-params_.torque_limit)
-                     .cwiseMin(params_.torque_limit);
+                     .cwiseMax(-0.95 * params_.torque_limit)
+                     .cwiseMin(0.95 * params_.torque_limit);
   for (int i = 0; i < 2000; ++i) {
     if (i > 0) input = RandomInput();
     input.force_selection = i % 70 < 35 ? kAlongZ : Matrix3d::Zero();
     input.motion_error *= 100;
     const Vector7 torque = dut.Update(input, &state).torque;
-    EXPECT_LE((torque - last).cwiseAbs().maxCoeff(), 1 + 1e-9);
+    EXPECT_LE((torque - last).cwiseAbs().maxCoeff(), 0.95 + 1e-9);
     EXPECT_TRUE(
-        ((params_.torque_limit - torque.cwiseAbs()).array() >= 0).all());
+        ((0.95 * params_.torque_limit - torque.cwiseAbs()).array() >= -1e-9)
+            .all());
     last = torque;
   }
   EXPECT_GT(state.torque_limited, 0);
   EXPECT_GT(state.rate_limited, 0);
+}
+
+// A command that would break a joint's speed or end is cut for that joint, and
+// the others accelerate as they would.
+TEST_F(OperationalSpaceControllerTest,
+       OneJointAtItsLimitLeavesTheOthersTheirs) {
+  const OperationalSpaceController free(params_);
+  params_.joint_limits.speed(3) = 1;
+  params_.joint_limits.speed_margin = 0.1;
+  const OperationalSpaceController dut(params_);
+  for (int i = 0; i < 100; ++i) {
+    OperationalSpaceControllerInput input = RandomInput();
+    input.v(3) = i % 2 == 0 ? 0.95 : -0.95;
+    const auto accelerate = [&](const OperationalSpaceController& controller,
+                                OperationalSpaceControllerState* state) {
+      const Vector7 torque = controller.Update(input, state).torque;
+      return Vector7(input.model.mass.ldlt().solve(
+          torque + input.model.gravity - input.model.bias));
+    };
+    OperationalSpaceControllerState a = free.MakeState();
+    OperationalSpaceControllerState b = dut.MakeState();
+    const Vector7 wanted = accelerate(free, &a);
+    const Vector7 limited = accelerate(dut, &b);
+    const double brake = (0.9 - 0.95) / 0.02;
+    EXPECT_NEAR(limited(3),
+                input.v(3) > 0 ? std::min(wanted(3), brake)
+                               : std::max(wanted(3), -brake),
+                1e-6);
+    EXPECT_EQ(b.joint_limited, limited(3) != wanted(3) ? 1 : 0);
+    for (const int joint : {0, 1, 2, 4, 5, 6}) {
+      EXPECT_NEAR(limited(joint), wanted(joint), 1e-6);
+    }
+  }
 }
 
 TEST_F(OperationalSpaceControllerTest, RandomSweepStaysFinite) {
@@ -464,12 +504,20 @@ TEST_F(OperationalSpaceControllerTest, InvalidParamsNameTheField) {
     EXPECT_EQ(error([member](P& p) { p.*member = 0; }),
               who + field + "` expected a finite value > 0, got 0");
   };
+  not_positive("force_speed_limit", &P::force_speed_limit);
+  not_positive("moment_speed_limit", &P::moment_speed_limit);
   not_positive("max_mass", &P::max_mass);
   not_positive("characteristic_length", &P::characteristic_length);
   not_positive("torque_rate_limit", &P::torque_rate_limit);
   not_positive("period", &P::period);
   EXPECT_EQ(error([](P& p) { p.torque_limit(6) = -12; }),
             who + "torque_limit` expected a finite value > 0, got -12");
+  EXPECT_NE(error([](P& p) { p.torque_margin = 1; }).find("`torque_margin`"),
+            std::string::npos);
+  EXPECT_NE(error([](P& p) {
+              p.joint_limits.position_margin = -1;
+            }).find("`position_margin`"),
+            std::string::npos);
   EXPECT_NE(error([](P& p) { p.q_rest(2) = kNan; }).find("`q_rest`"),
             std::string::npos);
   EXPECT_NE(error([](P& p) {

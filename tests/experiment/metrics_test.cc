@@ -33,14 +33,17 @@ constexpr double kDepth = 0.04;
 constexpr double kForce = 6.5;
 
 const SignalSlice kSignals[] = {
-    {"hand_position", 0, 3},       {"device_position", 3, 3},
-    {"device_force", 6, 3},        {"robot_position", 9, 3},
-    {"reference_force", 12, 3},    {"sensed_force", 15, 3},
-    {"contact_force", 18, 3},      {"contact_normal", 21, 3},
-    {"contact_dimension", 24, 1},  {"dimension", 25, 1},
-    {"force_direction", 26, 3},    {"force_selection", 29, 9},
-    {"observed_energy", 38, 1},    {"robot_link_dropped", 39, 1},
-    {"haptic_link_dropped", 40, 1}};
+    {"hand_position", 0, 3},        {"device_position", 3, 3},
+    {"device_force", 6, 3},         {"robot_position", 9, 3},
+    {"reference_force", 12, 3},     {"sensed_force", 15, 3},
+    {"contact_force", 18, 3},       {"contact_normal", 21, 3},
+    {"contact_dimension", 24, 1},   {"dimension", 25, 1},
+    {"force_direction", 26, 3},     {"force_selection", 29, 9},
+    {"observed_energy", 38, 1},     {"robot_link_dropped", 39, 1},
+    {"haptic_link_dropped", 40, 1}, {"robot_proxy_position", 41, 3},
+    {"robot_velocity", 44, 3},      {"joint_position", 47, 7},
+    {"joint_velocity", 54, 7},      {"torque", 61, 7}};
+constexpr int kColumns = 68;
 
 /** Height of the hand: down, below the surface, and up again. */
 double HandHeight(double time) {
@@ -60,7 +63,8 @@ class MetricsTest : public testing::Test {
     constexpr int kRows = 20001;
     log_.time = VectorXd::LinSpaced(kRows, 0, 20);
     log_.signals.assign(std::begin(kSignals), std::end(kSignals));
-    log_.values.setZero(kRows, 41);
+    log_.values.setZero(kRows, kColumns);
+    Column("joint_position", 3).setConstant(-1);
     SetPositions();
     for (int i = 0; i < kRows; ++i) {
       if (!Touching(i)) continue;
@@ -83,6 +87,7 @@ class MetricsTest : public testing::Test {
       Columns("device_position").row(i) =
           map.HapticProxy(robot, Matrix3d::Identity()).p.transpose();
       Columns("robot_position").row(i) = robot.transpose();
+      Columns("robot_proxy_position").row(i) = hand.transpose();
     }
   }
 
@@ -133,6 +138,10 @@ class MetricsTest : public testing::Test {
     return std::get<std::int64_t>(Value(key));
   }
 
+  std::vector<std::string> Names(const std::string& key) const {
+    return std::get<std::vector<std::string>>(Value(key));
+  }
+
   RunLog log_;
   MetricsParams params_;
 };
@@ -140,7 +149,7 @@ class MetricsTest : public testing::Test {
 TEST_F(MetricsTest, KeysAreAllOfTheTableInOrder) {
   const Metrics metrics = ComputeMetrics(log_, params_);
   ASSERT_EQ(metrics.size(), MetricDescriptions().size());
-  EXPECT_EQ(metrics.size(), 21u);
+  EXPECT_EQ(metrics.size(), 34u);
   for (std::size_t i = 0; i < metrics.size(); ++i) {
     EXPECT_EQ(metrics[i].first, MetricDescriptions()[i].key);
   }
@@ -191,15 +200,26 @@ TEST_F(MetricsTest, AngularFilter) {
 
 TEST_F(MetricsTest, PerfectRun) {
   for (const char* key :
-       {"position_rms_free_m", "position_rms_free_delay_compensated_m",
-        "position_rms_contact_m", "force_tracking_rms_N",
+       {"position_rms_free_m",     "position_rms_free_delay_compensated_m",
+        "position_rms_contact_m",  "force_tracking_rms_N",
         "haptic_force_rms_free_N", "haptic_force_std_contact_N",
-        "haptic_force_max_N", "normal_error_mean_deg", "normal_error_p95_deg",
-        "detection_latency_ms", "haptic_force_ac_N", "contact_force_ac_N",
-        "observed_energy_min_J"}) {
+        "haptic_force_max_N",      "normal_error_mean_deg",
+        "normal_error_p95_deg",    "detection_latency_ms",
+        "haptic_force_ac_N",       "contact_force_ac_N",
+        "observed_energy_min_J",   "position_rms_air_m",
+        "haptic_force_max_air_N",  "haptic_force_rms_air_N",
+        "false_contact_share",     "tool_speed_max_m_s",
+        "joint_speed_share_max",   "torque_share_max",
+        "torque_rate_max_Nm_s"}) {
     EXPECT_NEAR(Number(key), 0, 1e-12) << key;
   }
   EXPECT_EQ(Number("dimension_accuracy"), 1);
+  EXPECT_EQ(Number("dimension_accuracy_total"), 1);
+  EXPECT_NEAR(Number("contact_time_s"), kContactEnd - kContactStart, 1e-9);
+  EXPECT_NEAR(Number("proxy_distance_max_m"), kDepth, 1e-12);
+  EXPECT_NEAR(Number("joint_margin_min_rad"), 0.0175, 1e-12) << "joint 6's";
+  EXPECT_TRUE(Names("limits_broken").empty());
+  EXPECT_TRUE(FindMetricsOut(ComputeMetrics(log_, params_)).empty());
   EXPECT_EQ(Number("contact_force_max_N"), kForce);
   EXPECT_EQ(Count("contact_losses"), 0);
   EXPECT_EQ(Count("link_messages_dropped"), 0);
@@ -402,6 +422,123 @@ TEST_F(MetricsTest, EachPressCounts) {
   EXPECT_NEAR(Number("haptic_force_std_contact_N"), std::sqrt(20.0) / 9, 1e-3);
 }
 
+TEST_F(MetricsTest, WhatTheFilterSeesInTheAirIsFalseContact) {
+  // For half of the 3 s before contact, and for 0.5 s after it: 0.1 s it may.
+  Column("dimension").head(1500).setConstant(1);
+  Column("dimension").segment(At(kContactEnd), 500).setConstant(1);
+  const double air = kContactStart + 20 - kContactEnd - 0.1;
+  EXPECT_NEAR(Number("false_contact_share"), (1.5 + 0.4) / air, 1e-3);
+  EXPECT_NEAR(Number("dimension_accuracy_total"), 1 - 2.0 / 20, 1e-3);
+  EXPECT_EQ(Number("dimension_accuracy"), 1);
+  params_.has_filter = false;
+  EXPECT_TRUE(IsNull("false_contact_share"));
+  EXPECT_TRUE(IsNull("dimension_accuracy_total"));
+}
+
+TEST_F(MetricsTest, ALightTouchIsNotTheAir) {
+  // 0.24 N is no interaction, but a filter that sees it is right.
+  Column("contact_force", 2) = Column("contact_dimension") * -0.24;
+  EXPECT_EQ(Number("false_contact_share"), 0);
+  EXPECT_EQ(Number("dimension_accuracy_total"), 1);
+  EXPECT_TRUE(IsNull("dimension_accuracy"));
+  EXPECT_NEAR(Number("contact_time_s"), kContactEnd - kContactStart, 1e-9);
+  // Nor is the pause of a bounce.
+  Column("contact_dimension").segment(At(7), 90).setZero();
+  EXPECT_EQ(Number("false_contact_share"), 0);
+  Column("contact_dimension").segment(At(7), 200).setZero();
+  EXPECT_GT(Number("false_contact_share"), 0);
+}
+
+TEST_F(MetricsTest, WhatTheHandFeelsInTheAir) {
+  // Until contact, and from 2 x delay + 1 s after it.
+  params_.delay = 0.5;
+  const double end = kContactEnd + 2 * params_.delay + 1;
+  const auto felt_at = [this](double time) {
+    Columns("device_force").setZero();
+    Columns("device_force").row(At(time)) << 0.6, 0, -0.8;
+    return Number("haptic_force_max_air_N");
+  };
+  EXPECT_EQ(felt_at(2.999), 1);
+  EXPECT_EQ(felt_at(3.001), 0);
+  EXPECT_EQ(felt_at(end - 0.002), 0);
+  EXPECT_EQ(felt_at(end + 0.002), 1);
+  Columns("device_force").rowwise() = RowVector3d(0, 3, 4);
+  Column("device_force").segment(At(5), 1000).setConstant(9);
+  EXPECT_NEAR(Number("haptic_force_max_air_N"), 5, 1e-12);
+  EXPECT_NEAR(Number("haptic_force_rms_air_N"), 5, 1e-12);
+}
+
+TEST_F(MetricsTest, PositionInTheAirIsThatOfTheAirAlone) {
+  Columns("robot_position").rowwise() += RowVector3d(0.003, -0.001, 0.012);
+  EXPECT_NEAR(Number("position_rms_air_m"), (0.003 + 0.001 + 0.012) / 3, 1e-12);
+  Columns("robot_position").middleRows(At(4), 5000).array() += 0.5;
+  EXPECT_NEAR(Number("position_rms_air_m"), (0.003 + 0.001 + 0.012) / 3, 1e-12);
+  params_.delay = 20;  // The device as it was at first: 0.07 m away at most.
+  EXPECT_GT(Number("position_rms_air_m"), 0.006);
+}
+
+TEST_F(MetricsTest, WithoutAirThereIsNothingToSayOfIt) {
+  Column("contact_dimension").setConstant(1);
+  for (const char* key : {"false_contact_share", "position_rms_air_m",
+                          "haptic_force_max_air_N", "haptic_force_rms_air_N"}) {
+    EXPECT_TRUE(IsNull(key)) << key;
+  }
+  EXPECT_EQ(Number("contact_time_s"), 20);
+}
+
+TEST_F(MetricsTest, BrokenLimitsAreNamed) {
+  Column("joint_velocity", 6)(At(5)) = -5.22;
+  Columns("robot_proxy_position").row(At(6)).array() += 1;
+  EXPECT_EQ(Names("limits_broken"),
+            (std::vector<std::string>{"joint_speed", "proxy_distance"}));
+  EXPECT_EQ(Number("joint_speed_share_max"), 2);
+  const auto texts = DescribeBrokenLimits(log_, params_);
+  ASSERT_EQ(texts.size(), 2u);
+  EXPECT_EQ(texts[0], "joint 7 speed 5.22 rad/s at 5 s (limit 2.61)");
+  EXPECT_EQ(
+      FindMetricsOut(ComputeMetrics(log_, params_)),
+      (std::vector<std::string>{"joint_speed_share_max", "proxy_distance_max_m",
+                                "limits_broken"}));
+  params_.arm.joint_speed *= 2;
+  params_.arm.proxy_distance = 2;
+  EXPECT_TRUE(Names("limits_broken").empty());
+}
+
+TEST_F(MetricsTest, WithoutTheArmsSignalsItsLimitsAreNotMeasured) {
+  log_.signals.resize(15);
+  for (const char* key :
+       {"tool_speed_max_m_s", "joint_speed_share_max", "joint_margin_min_rad",
+        "torque_share_max", "torque_rate_max_Nm_s", "proxy_distance_max_m"}) {
+    EXPECT_TRUE(IsNull(key)) << key;
+  }
+  EXPECT_TRUE(Names("limits_broken").empty());
+}
+
+TEST(MetricLimitsTest, EachIsOfAMetricAndWhatIsOutIsFound) {
+  Metrics good;
+  Metrics bad;
+  std::vector<std::string> keys;
+  const auto limits = MetricLimits();
+  for (const MetricDescription& metric : MetricDescriptions()) {
+    for (const MetricLimit& limit : limits) {
+      if (std::string(limit.key) != metric.key) continue;
+      keys.emplace_back(metric.key);
+      const bool least = std::isfinite(limit.least);
+      const double bound = least ? limit.least : limit.most;
+      good.emplace_back(metric.key, bound);
+      bad.emplace_back(metric.key, bound + (least ? -0.01 : 0.01));
+    }
+  }
+  EXPECT_EQ(keys.size(), limits.size());
+  EXPECT_TRUE(FindMetricsOut(good).empty());
+  EXPECT_EQ(FindMetricsOut(bad), keys);
+  EXPECT_EQ(FindMetricsOut({{"contact_losses", std::int64_t{1}},
+                            {"finite", false},
+                            {"false_contact_share", MetricValue()},
+                            {"sim_s", 1e9}}),
+            (std::vector<std::string>{"contact_losses", "finite"}));
+}
+
 TEST_F(MetricsTest, EnergyAndDroppedMessages) {
   Column("observed_energy")(7000) = -0.25;
   Column("robot_link_dropped").tail(20).setConstant(3);
@@ -490,7 +627,12 @@ TEST_F(MetricsTest, InvalidInputIsNamed) {
             "WorkspaceMapParams: field `scale` expected a finite value > 0, "
             "got 0");
   params_.map.scale = 1;
-  log_.signals.pop_back();
+  params_.control_period = 0;
+  EXPECT_EQ(error(),
+            "MetricsParams: field `control_period` expected a finite value > "
+            "0, got 0");
+  params_.control_period = 1e-3;
+  log_.signals.erase(log_.signals.begin() + 14);
   EXPECT_EQ(error(), "RunLog: there is no signal `haptic_link_dropped`");
   log_.time(1) = 0;
   EXPECT_EQ(error(),
@@ -505,7 +647,9 @@ TEST(MetricsJsonTest, LooksAsPythonWritesIt) {
                          {"yes", true},
                          {"no", false},
                          {"none", MetricValue()},
-                         {"nan", kNaN}}),
+                         {"nan", kNaN},
+                         {"empty", std::vector<std::string>{}},
+                         {"names", std::vector<std::string>{"a", "b"}}}),
             "{\n"
             "  \"number\": 0.1,\n"
             "  \"whole\": 20.0,\n"
@@ -514,7 +658,12 @@ TEST(MetricsJsonTest, LooksAsPythonWritesIt) {
             "  \"yes\": true,\n"
             "  \"no\": false,\n"
             "  \"none\": null,\n"
-            "  \"nan\": null\n"
+            "  \"nan\": null,\n"
+            "  \"empty\": [],\n"
+            "  \"names\": [\n"
+            "    \"a\",\n"
+            "    \"b\"\n"
+            "  ]\n"
             "}\n");
   EXPECT_EQ(MetricsJson({}), "{}\n");
 }

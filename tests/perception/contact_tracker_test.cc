@@ -319,6 +319,39 @@ TEST(ContactTrackerTest, FindsAndLosesWithinAFewUpdates) {
   EXPECT_LE(num_late_lost, 20);
 }
 
+// What rests lightly on a surface is there as long as it does not move.
+TEST(ContactTrackerTest, LightContactStaysUntilItIsLeft) {
+  const ForceSpaceParticleFilter dut(MakeParams(100));
+  for (const double pressed : {0.0, 0.1, 0.24, 0.4}) {
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+      ForceSpaceParticleFilterState state = dut.MakeState(seed);
+      RandomStream random(seed);
+      const auto feel = [&](double force, const Vector3d& velocity) {
+        const Vector3d command = pressed * kDown +
+                                 3.5 * (pressed - force) * kDown +
+                                 DrawVector(0.1, &random);
+        dut.Update(force * kDown + DrawVector(0.07, &random),
+                   velocity + DrawVector(0.0005, &random), kZero, command,
+                   &state);
+      };
+      for (int i = 0; i < 20; ++i) feel(3, kZero);
+      ASSERT_EQ(state.dimension, 1);
+      for (int i = 0; i < 3000; ++i) {
+        feel(i % 7 == 0 ? 0 : pressed, kZero);
+        ASSERT_EQ(state.dimension, 1) << pressed << " N, update " << i;
+      }
+      // Away from it, or on through where it was: a millimetre tells.
+      const Vector3d leaving = (seed % 2 == 0 ? -0.02 : 0.02) * kDown;
+      int updates = 0;
+      while (state.dimension == 1 && updates < 100) {
+        feel(0, leaving);
+        ++updates;
+      }
+      EXPECT_LE(updates, 10) << pressed << " N, seed " << seed;
+    }
+  }
+}
+
 TEST(ContactTrackerTest, NoiseIsNoContactInTenMinutes) {
   for (const double rate : {15.0, 100.0, 200.0, 1000.0}) {
     const ForceSpaceParticleFilter dut(MakeParams(rate));

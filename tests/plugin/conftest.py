@@ -43,6 +43,8 @@ def _arrays(scenario) -> tuple[np.ndarray, Arrays]:
     values["hand_position"] = (hand - scenario.map.p_cw) @ to_device
     values["device_position"] = (robot - scenario.map.p_cw) @ to_device
     values["robot_position"] = robot
+    values["robot_proxy_position"] = hand
+    values["joint_position"][:] = scenario.controller.q_rest
     values["robot_orientation"][:, 0] = 1.0
     values["robot_proxy_orientation"][:, 0] = 1.0
     values["contact_force"][touching, 2] = -FORCE

@@ -193,6 +193,23 @@ def test_values_that_are_not_finite_fail_the_command(capsys, station, tmp_path):
     assert json.loads((tmp_path / "metrics.json").read_text())["finite"] is False
 
 
+def test_a_run_that_breaks_limits_of_the_arm_has_failed(capsys, station, tmp_path):
+    station.log = station.log.copy()
+    station.log.iloc[100, station.log.columns.get_loc("joint_velocity_0")] = 3.0
+    station.log.iloc[200, station.log.columns.get_loc("robot_velocity_x")] = 2.0
+    status, out, err = run_cli(capsys, "run", "plane", "--out", tmp_path)
+    assert status == 3
+    assert err == (
+        "dual-proxy: error: limits of the arm were broken: "
+        "joint 1 speed 3 rad/s at 0.1 s (limit 2.175); "
+        "tool speed 2 m/s at 0.2 s (limit 1.7)\n"
+    )
+    assert "joint_speed, tool_speed" in out
+    metrics = json.loads((tmp_path / "metrics.json").read_text())
+    assert metrics["limits_broken"] == ["joint_speed", "tool_speed"]
+    assert "tool speed 2 m/s" in (tmp_path / "report.html").read_text()
+
+
 def test_run_error_carries_what_was_logged(station):
     station.fail_at = 5.0
     with pytest.raises(RunError, match="failed after 5 s") as caught:

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from dual_proxy import _core
-from dual_proxy.metrics import METRICS, compute_metrics, normal_error_deg
+from dual_proxy.metrics import (
+    METRICS,
+    compute_metrics,
+    describe_broken_limits,
+    metrics_out_of_limits,
+    normal_error_deg,
+)
 from dual_proxy.scenario import load_scenario
 
 # From the contact to the loss of it, s.
@@ -65,6 +71,10 @@ def test_perfect_run(measure):
         # arccos near 1 turns rounding of 1e-16 into 1e-6 deg.
         assert values[key] == pytest.approx(0.0, abs=1e-6), key
     assert values["dimension_accuracy"] == 1.0
+    assert values["dimension_accuracy_total"] == 1.0
+    assert values["false_contact_share"] == 0.0
+    assert values["limits_broken"] == []
+    assert metrics_out_of_limits(values) == []
     assert values["contact_force_max_N"] == 6.5
     assert values["finite"] is True
     assert values["sim_s"] == pytest.approx(20.0)
@@ -251,6 +261,41 @@ def test_not_finite_is_reported_and_stays_out_of_json(measure, bad):
     assert values["haptic_force_max_N"] is None
     assert values["contact_force_max_N"] == 6.5
     json.dumps(values, allow_nan=False)
+
+
+def test_broken_limits_are_named_and_said_where(scenario, make_log):
+    def change(log):
+        log.joint_velocity[5000, 3] = -4.35
+        log.torque[7000:, 6] = 12.5
+
+    log = make_log(scenario, change)
+    values = compute_metrics(log, scenario)
+    assert values["joint_speed_share_max"] == pytest.approx(2.0)
+    assert values["limits_broken"] == ["joint_speed", "torque", "torque_rate"]
+    assert json.loads(json.dumps(values)) == values
+    assert describe_broken_limits(log, scenario) == [
+        "joint 4 speed 4.35 rad/s at 5 s (limit 2.175)",
+        "joint 7 torque 12.5 N m at 7 s (limit 12)",
+        "joint 7 torque rate 12500 N m/s at 7 s (limit 1000)",
+    ]
+    out = metrics_out_of_limits(values)
+    assert [key for key in out if METRICS[key].limit] == [
+        *("joint_speed_share_max", "torque_share_max", "torque_rate_max_Nm_s")
+    ]
+
+
+def test_a_thinned_log_has_no_torque_rate(scenario, make_log):
+    def change(log):
+        log.torque[:, 1] = np.cumsum(np.full(len(log.time), 0.9e-3))
+
+    log = make_log(scenario, change)
+    rate = compute_metrics(log, scenario)["torque_rate_max_Nm_s"]
+    assert rate == pytest.approx(0.9)
+    assert compute_metrics(log.iloc[::2], scenario)["torque_rate_max_Nm_s"] is None
+    # The plant may be stepped, and logged, more often than torques change.
+    scenario.controller.period = 2e-3
+    rate = compute_metrics(log, scenario)["torque_rate_max_Nm_s"]
+    assert rate == pytest.approx(0.45)
 
 
 def test_a_log_cut_short_is_measured(scenario, make_log):

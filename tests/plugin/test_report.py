@@ -80,8 +80,31 @@ def test_every_metric_with_unit_and_every_parameter_is_there(page, scenario):
     text = html.unescape(page())
     for key, entry in METRICS.items():
         number = '</td><td class="number">[^<]+</td>'
-        assert re.search(f"<code>{key}</code>{number}<td>{entry.unit}</td>", text), key
+        limit = '<td class="limit">[^<]*</td>'
+        if entry.limit is not None:
+            bounds = {f"≥ {entry.limit.least:g}", f"≤ {entry.limit.most:g}"}
+            limit = f'<td class="limit">({"|".join(bounds)})(, arm)?</td>'
+        row = f"<code>{key}</code>{number}<td>{entry.unit}</td>{limit}"
+        assert re.search(row, text), key
     assert scenario.to_yaml() in text
+
+
+def test_what_is_out_is_marked(scenario, make_log):
+    def change(log):
+        log.joint_velocity[5000, 3] = -4.35
+        log.dimension[:] = 1
+
+    log = make_log(scenario, change)
+    text = render_report(log, compute_metrics(log, scenario), scenario)
+    check(text)
+    assert re.findall('<tr class="out"><td><code>(.*?)</code>', text) == [
+        *("false_contact_share", "joint_speed_share_max", "limits_broken")
+    ]
+    assert "joint 4 speed 4.35 rad/s at 5 s (limit 2.175)" in text
+    good = make_log(scenario)
+    text = render_report(good, compute_metrics(good, scenario), scenario)
+    assert 'class="out"' not in text
+    assert "broke limits" not in text
 
 
 def test_equal_runs_give_equal_pages(page):
@@ -129,6 +152,8 @@ def test_file_is_written_whole(scenario, make_log, tmp_path):
         (7, "7"),
         (0.0123456, "0.01235"),
         (0.0, "0"),
+        ([], "none"),
+        (["torque", "joint_speed"], "torque, joint_speed"),
     ],
 )
 def test_format_metric(value, text):

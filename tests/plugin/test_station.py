@@ -72,7 +72,7 @@ def test_force_on_the_hand_acts_one_step_after_its_message(scheme):
 def test_all_that_is_counted_is_logged(scheme):
     station, log = run(scheme, 0.6, **{"link.loss": 0.3})
     counters = [name for name, entry in SIGNALS.items() if entry.counter]
-    assert len(counters) == 30
+    assert len(counters) == 32
     for name in counters:
         assert np.issubdtype(log[name].dtype, np.integer)
         assert np.all(np.diff(log[name]) >= 0), name

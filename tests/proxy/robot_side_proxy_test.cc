@@ -128,6 +128,27 @@ TEST_F(RobotSideProxyTest, SettlesAtEquation4) {
   EXPECT_TRUE(output.proxy_velocity.isZero(1e-12));
 }
 
+TEST_F(RobotSideProxyTest, HoldsItsPlaceWhileTheSensorIsNotReady) {
+  input_.sensor_ready = false;
+  input_.force_selection = z_;
+  Run(500, {0.01, 0.0, -0.01});
+  EXPECT_EQ(state_.output.link_status, LinkStatus::kConnected);
+  EXPECT_EQ(state_.output.proxy_pose.p, input_.X_BE.p);
+  EXPECT_TRUE(state_.output.reference_force.isZero(0.0));
+  input_.sensor_ready = true;
+  Run(2000, {0.01, 0.0, -0.01});
+  EXPECT_TRUE(
+      state_.output.proxy_pose.p.isApprox(Vector3d(0.525, 0, 0.275), 1e-9));
+}
+
+TEST_F(RobotSideProxyTest, TheProxyWaitsForARobotThatCanNotFollow) {
+  input_.force_selection = z_;
+  Run(4000, {0.1, 0.0, -0.05});
+  const Vector3d way = state_.output.proxy_pose.p - input_.X_BE.p;
+  EXPECT_NEAR(way.norm(), Params().max_distance, 1e-9);
+  EXPECT_NEAR(way.x() / way.z(), -2, 1e-9);
+}
+
 TEST_F(RobotSideProxyTest, RotationAlike) {
   input_.moment_selection = Direction(Vector3d::UnitX());
   input_.message.pose.R = ExpRotation({0.1, 0.0, 0.0});

@@ -70,6 +70,24 @@ TEST_F(VirtualSpringTest, FadesFromADirectionThatIsNoLongerForceSpace) {
   EXPECT_TRUE(state_.reference.isZero(0.0));
 }
 
+TEST_F(VirtualSpringTest, BeyondTheLeashTheMaximumBoundsNoMore) {
+  VirtualSpringParams params = Params(Handover::kPrinted);
+  params.leash = 0.1;
+  const VirtualSpring dut(params);
+  for (const bool active : {true, false}) {
+    const double pull = active ? 20 : 0;
+    for (int i = 0; i < 2000; ++i) {
+      dut.Update({0.3, 0, 0.1}, z_, nullptr, active, &state_);
+    }
+    EXPECT_NEAR(state_.reference.z(), -pull, 1e-12);
+    for (int i = 0; i < 2000; ++i) {
+      dut.Update({0.3, 0, 0.13}, z_, nullptr, active, &state_);
+    }
+    EXPECT_NEAR(state_.reference.z(), -pull - 500 * 0.03, 1e-12);
+    EXPECT_EQ(state_.reference.x(), 0);
+  }
+}
+
 TEST_F(VirtualSpringTest, InactiveFadesToZeroWhateverTheDisplacement) {
   Settle({0, 0, -0.01}, z_);
   for (int i = 0; i < 101; ++i) {

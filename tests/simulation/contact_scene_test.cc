@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "dual_proxy/common/rotation.h"
+#include "dual_proxy/simulation/contact_truth.h"
 #include "no_alloc.h"
 #include "validation_error.h"
 
@@ -73,7 +74,7 @@ TEST(ContactSceneTest, NearlyParallelNormalsAreOneDimension) {
   for (const double share : {0.95, 1.05}) {
     ContactSceneParams params;
     params.surfaces = {Plane(kZero),
-                       Plane({share * ContactScene::kIndependentAngle, 0, 0})};
+                       Plane({share * ContactTruth::kIndependentAngle, 0, 0})};
     const SceneContact contact =
         ContactScene(params).Calc({0, 0, -0.001}, kZero);
     EXPECT_EQ(contact.count, 2);

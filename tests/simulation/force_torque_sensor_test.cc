@@ -42,6 +42,15 @@ class ForceTorqueSensorTest : public ::testing::Test {
     return reaction;
   }
 
+  /** A sample with the tool point at p_SE_B from the sensor. */
+  static ForceTorqueAdapterInput Sample(const Vector6d& reaction,
+                                        const Matrix3d& R_BS,
+                                        const Vector3d& p_SE_B) {
+    return {.measured = reaction,
+            .X_BE = {.p = Vector3d(0.4, 0.1, 0.3), .R = R_BS},
+            .p_SE = R_BS.transpose() * p_SE_B};
+  }
+
   ForceTorqueSensorParams ideal_;
   const Matrix3d R_BS_{ExpRotation({0.4, -1.2, 0.7})};
   const Vector3d p_SE_B_{0.02, 0.05, -0.1};
@@ -49,14 +58,15 @@ class ForceTorqueSensorTest : public ::testing::Test {
 
 TEST_F(ForceTorqueSensorTest, HangingToolReadsZeroInAnyOrientation) {
   const ForceTorqueSensor dut(ideal_);
-  ForceTorqueSensorState state = dut.MakeState();
   RandomStream random(1);
   for (int i = 0; i < 100; ++i) {
     const Matrix3d R_BS = ExpRotation(
         {3 * random.Uniform(), 3 * random.Uniform(), 3 * random.Uniform()});
     const Vector3d zero = Vector3d::Zero();
-    dut.Update(Reaction(zero, zero, R_BS, p_SE_B_), R_BS, p_SE_B_, &state);
-    EXPECT_LT(state.wrench.norm(), 1e-14);
+    ForceTorqueSensorState state = dut.MakeState();
+    const Vector6d reaction = Reaction(zero, zero, R_BS, p_SE_B_);
+    const Vector6d wrench = dut.Update(Sample(reaction, R_BS, p_SE_B_), &state);
+    EXPECT_LT(wrench.norm(), 1e-14);
   }
 }
 
@@ -68,8 +78,9 @@ TEST_F(ForceTorqueSensorTest, PressingDownPointsDown) {
   ForceTorqueSensorState state = dut.MakeState();
   Vector6d reaction = Vector6d::Zero();
   reaction(2) = -8;
-  dut.Update(reaction, Matrix3d::Identity(), Vector3d(0, 0, -0.1), &state);
-  EXPECT_EQ(Vector3d(state.wrench.head<3>()), Vector3d(0, 0, -8));
+  dut.Update(Sample(reaction, Matrix3d::Identity(), Vector3d(0, 0, -0.1)),
+             &state);
+  EXPECT_EQ(Vector3d(state.adapter.wrench.head<3>()), Vector3d(0, 0, -8));
 }
 
 TEST_F(ForceTorqueSensorTest, GivesTheWrenchAtTheToolPoint) {
@@ -77,11 +88,11 @@ TEST_F(ForceTorqueSensorTest, GivesTheWrenchAtTheToolPoint) {
   ForceTorqueSensorState state = dut.MakeState();
   Vector6d expected;
   expected << 1, -2, 8, 0.1, 0.2, -0.3;
-  const Vector6d wrench = dut.Update(
-      Reaction(expected.head<3>(), expected.tail<3>(), R_BS_, p_SE_B_), R_BS_,
-      p_SE_B_, &state);
+  const Vector6d reaction =
+      Reaction(expected.head<3>(), expected.tail<3>(), R_BS_, p_SE_B_);
+  const Vector6d wrench = dut.Update(Sample(reaction, R_BS_, p_SE_B_), &state);
   EXPECT_LT((wrench - expected).norm(), 1e-14);
-  EXPECT_EQ(wrench, state.wrench);
+  EXPECT_EQ(wrench, state.adapter.wrench);
 }
 
 TEST_F(ForceTorqueSensorTest, NoiseAndBiasAreInTheSensorFrame) {
@@ -98,9 +109,9 @@ TEST_F(ForceTorqueSensorTest, NoiseAndBiasAreInTheSensorFrame) {
   Vector6d bias;
   bias << R_BS_.col(0), 0.1 * R_BS_.col(2);
   for (int i = 0; i < kSamples; ++i) {
-    dut.Update(Vector6d::Zero(), R_BS_, Vector3d::Zero(), &state);
-    mean += state.wrench / kSamples;
-    variance += (state.wrench - bias).cwiseAbs2() / kSamples;
+    dut.Update(Sample(Vector6d::Zero(), R_BS_, Vector3d::Zero()), &state);
+    mean += state.adapter.wrench / kSamples;
+    variance += (state.adapter.wrench - bias).cwiseAbs2() / kSamples;
   }
   for (int i = 0; i < 6; ++i) {
     const double std = i < 3 ? 0.2 : 0.005;
@@ -118,14 +129,15 @@ TEST_F(ForceTorqueSensorTest, LowPassStartsAtTheFirstSampleAndSettles) {
   Vector6d reaction = Vector6d::Zero();
   reaction(0) = 2;
   const auto update = [&] {
-    dut.Update(reaction, Matrix3d::Identity(), Vector3d::Zero(), &state);
+    dut.Update(Sample(reaction, Matrix3d::Identity(), Vector3d::Zero()),
+               &state);
   };
   update();
-  EXPECT_EQ(state.wrench(0), 2);
+  EXPECT_EQ(state.adapter.wrench(0), 2);
   reaction(0) = 3;
   for (int i = 1; i <= 30; ++i) {
     update();
-    EXPECT_NEAR(state.wrench(0),
+    EXPECT_NEAR(state.adapter.wrench(0),
                 3 - std::exp(-2 * std::numbers::pi * 50 * 0.001 * i), 1e-12);
   }
 }
@@ -133,14 +145,15 @@ TEST_F(ForceTorqueSensorTest, LowPassStartsAtTheFirstSampleAndSettles) {
 TEST_F(ForceTorqueSensorTest, BadInputHoldsTheOutputAndIsCounted) {
   const ForceTorqueSensor dut;
   ForceTorqueSensorState state = dut.MakeState(1);
-  dut.Update(Vector6d::Ones(), R_BS_, p_SE_B_, &state);
-  const Vector6d before = state.wrench;
+  dut.Update(Sample(Vector6d::Ones(), R_BS_, p_SE_B_), &state);
+  const Vector6d before = state.adapter.wrench;
   Vector6d bad = Vector6d::Ones();
   bad(4) = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(dut.Update(bad, R_BS_, p_SE_B_, &state), before);
+  EXPECT_EQ(dut.Update(Sample(bad, R_BS_, p_SE_B_), &state), before);
   Matrix3d bad_R = R_BS_;
   bad_R(1, 1) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(dut.Update(Vector6d::Zero(), bad_R, p_SE_B_, &state), before);
+  EXPECT_EQ(dut.Update(Sample(Vector6d::Zero(), bad_R, p_SE_B_), &state),
+            before);
   EXPECT_EQ(state.bad_inputs, 2);
 }
 
@@ -152,20 +165,20 @@ TEST_F(ForceTorqueSensorTest, SameSeedSameBitsAndNothingIsAllocated) {
   const ForceTorqueSensorState start = a;
   ScopedNoAlloc guard;
   for (int i = 0; i < 10; ++i) {
-    dut.Update(Vector6d::Ones(), R_BS_, p_SE_B_, &a);
+    dut.Update(Sample(Vector6d::Ones(), R_BS_, p_SE_B_), &a);
   }
   EXPECT_EQ(guard.count(), 0);
   for (int i = 0; i < 10; ++i) {
-    dut.Update(Vector6d::Ones(), R_BS_, p_SE_B_, &b);
-    dut.Update(Vector6d::Ones(), R_BS_, p_SE_B_, &other);
+    dut.Update(Sample(Vector6d::Ones(), R_BS_, p_SE_B_), &b);
+    dut.Update(Sample(Vector6d::Ones(), R_BS_, p_SE_B_), &other);
   }
-  EXPECT_EQ(a.wrench, b.wrench);
-  EXPECT_NE(a.wrench, other.wrench);
+  EXPECT_EQ(a.adapter.wrench, b.adapter.wrench);
+  EXPECT_NE(a.adapter.wrench, other.adapter.wrench);
   a = start;
   for (int i = 0; i < 10; ++i) {
-    dut.Update(Vector6d::Ones(), R_BS_, p_SE_B_, &a);
+    dut.Update(Sample(Vector6d::Ones(), R_BS_, p_SE_B_), &a);
   }
-  EXPECT_EQ(a.wrench, b.wrench);
+  EXPECT_EQ(a.adapter.wrench, b.adapter.wrench);
 }
 
 TEST_F(ForceTorqueSensorTest, ErrorsNameFieldRangeAndValue) {

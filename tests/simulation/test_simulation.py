@@ -140,7 +140,7 @@ def test_force_torque_sensor_moves_the_wrench_to_the_tool_point():
     weight = np.array([0, 0, -0.5 * 9.81])
     moment_at_S = np.cross(p_SE_B, force) - np.cross(R_BS @ [0, 0, 0.05], weight)
     reaction = np.concatenate([R_BS.T @ (force - weight), R_BS.T @ moment_at_S])
-    wrench = sensor.update(reaction, R_BS, p_SE_B, state)
+    wrench = sensor.update(reaction, ZERO, R_BS, R_BS.T @ p_SE_B, state)
     np.testing.assert_allclose(wrench, [*force, 0, 0, 0], atol=1e-13)
     np.testing.assert_array_equal(state.wrench, wrench)
 
@@ -150,7 +150,7 @@ def test_force_torque_sensor_noise_is_seeded():
 
     def run(seed):
         state = sensor.make_state(seed=seed)
-        return [sensor.update(np.zeros(6), EYE, ZERO, state) for _ in range(2000)]
+        return [sensor.update(np.zeros(6), ZERO, EYE, ZERO, state) for _ in range(2000)]
 
     np.testing.assert_array_equal(run(1), run(1))
     noise = np.array(run(2))
@@ -226,7 +226,7 @@ def test_filter_finds_the_normal_of_a_cylinder_that_the_robot_slides_on():
         contact = dut.force_selection @ push
         robot.update(motion + contact, state)
         reaction = np.concatenate([state.contact.force, ZERO])
-        wrench = sensor.update(reaction, EYE, ZERO, sensor_state)
+        wrench = sensor.update(reaction, ZERO, EYE, ZERO, sensor_state)
         means += np.array([wrench[:3], state.velocity, motion, contact]) / 67
         if i % 67 == 0:
             dut.update(*means)

@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
+#include "dual_proxy/common/arm_limits.h"
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/station/contact_truth_system.h"
 #include "dual_proxy/station/sensor_reaction_system.h"
@@ -45,6 +46,7 @@ using Vector14 = Eigen::Matrix<double, 14, 1>;
 
 const double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kGravity = 9.81;
+const ArmLimits kLimits;
 
 Vector7 RandomBetween(const Vector7& low, const Vector7& high,
                       RandomStream* random) {
@@ -185,9 +187,9 @@ TEST(PandaModelTest, TermsEqualThePlants) {
     RandomStream random(11);
     for (int k = 0; k < 200; ++k) {
       const Vector7 q =
-          RandomBetween(kPandaJointLower, kPandaJointUpper, &random);
-      const Vector7 v = RandomBetween(-kPandaJointVelocityLimit,
-                                      kPandaJointVelocityLimit, &random);
+          RandomBetween(kLimits.joint_lower, kLimits.joint_upper, &random);
+      const Vector7 v =
+          RandomBetween(-kLimits.joint_speed, kLimits.joint_speed, &random);
       plant.SetPositions(context.get(), q);
       plant.SetVelocities(context.get(), v);
       Pose X_BE;
@@ -296,8 +298,8 @@ TEST_F(PandaInverseKinematicsTest, ReachesPosesOverTheTable) {
     // The solver's tolerance.
     EXPECT_LT((X_BE.p - p_BE).norm(), 1e-4);
     EXPECT_LT((X_BE.R - kToolPointingDown).norm(), 2e-4);
-    EXPECT_TRUE((q.array() >= kPandaJointLower.array()).all());
-    EXPECT_TRUE((q.array() <= kPandaJointUpper.array()).all());
+    EXPECT_TRUE((q.array() >= kLimits.joint_lower.array()).all());
+    EXPECT_TRUE((q.array() <= kLimits.joint_upper.array()).all());
   }
 }
 
@@ -309,8 +311,8 @@ TEST_F(PandaInverseKinematicsTest, TheRestPostureIsItsOwnSolution) {
       (dut_.SolveInverseKinematics(X_BE.p, X_BE.R, kPandaQRest) - kPandaQRest)
           .norm(),
       1e-6);
-  const Vector7 margin =
-      (kPandaQRest - kPandaJointLower).cwiseMin(kPandaJointUpper - kPandaQRest);
+  const Vector7 margin = (kPandaQRest - kLimits.joint_lower)
+                             .cwiseMin(kLimits.joint_upper - kPandaQRest);
   EXPECT_GT(margin.minCoeff(), 0.5);
 }
 
@@ -347,11 +349,11 @@ TEST(PandaSceneTest, Limits) {
   const PandaScene scene =
       AddPandaScene(&builder, PandaSceneParams{}, kPandaQRest, false);
   const MultibodyPlant<double>& plant = *scene.plant;
-  EXPECT_EQ(plant.GetPositionLowerLimits(), kPandaJointLower);
-  EXPECT_EQ(plant.GetPositionUpperLimits(), kPandaJointUpper);
-  EXPECT_EQ(plant.GetVelocityLowerLimits(), -kPandaJointVelocityLimit);
-  EXPECT_EQ(plant.GetVelocityUpperLimits(), kPandaJointVelocityLimit);
-  EXPECT_EQ(plant.GetEffortUpperLimits(), kPandaTorqueLimit);
+  EXPECT_EQ(plant.GetPositionLowerLimits(), kLimits.joint_lower);
+  EXPECT_EQ(plant.GetPositionUpperLimits(), kLimits.joint_upper);
+  EXPECT_EQ(plant.GetVelocityLowerLimits(), -kLimits.joint_speed);
+  EXPECT_EQ(plant.GetVelocityUpperLimits(), kLimits.joint_speed);
+  EXPECT_EQ(plant.GetEffortUpperLimits(), kLimits.torque);
   EXPECT_EQ(plant.GetPositions(*plant.CreateDefaultContext()), kPandaQRest);
   EXPECT_EQ(scene.get_actuation_input_port().size(), 7);
   EXPECT_EQ(scene.get_state_output_port().size(), 14);

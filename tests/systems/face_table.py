@@ -137,6 +137,14 @@ def wrench(t):
     return np.array([0.1, 0.2, -5 - math.sin(t), 0.0, 0.01, 0.0])
 
 
+def ready(t):
+    return np.array([0.0 if 0.05 < t < 0.07 else 1.0])
+
+
+def tare(t):
+    return np.array([1.0 if t > 0.04 else 0.0])
+
+
 def wiping_pose(t):
     """To and fro, so that every place is visited again."""
     return RigidTransform(
@@ -214,6 +222,7 @@ _MADE_AND_FED = {
             "force_selection": selection,
             "moment_selection": no_selection,
             "sensed_wrench": wrench,
+            "sensor_ready": ready,
         },
     ),
     "HapticSideProxy": (
@@ -296,7 +305,7 @@ _MADE_AND_FED = {
     ),
     "ForceTorqueSensor": (
         lambda: systems.ForceTorqueSensor(sensor_params(), P_SE, PARAMS["sensor_seed"]),
-        {"reaction": wrench, "robot_pose": robot_pose},
+        {"reaction": wrench, "robot_pose": robot_pose, "tare": tare},
     ),
     "SimulatedHapticDevice": (
         lambda: systems.SimulatedHapticDevice(operator_path(), device_params()),
@@ -310,6 +319,7 @@ _MADE_AND_FED = {
             "sensed_wrench": wrench,
             "force_selection": selection,
             "moment_selection": no_selection,
+            "sensor_ready": ready,
         },
     ),
     "RobotSideWithSensor": (
@@ -327,6 +337,7 @@ _MADE_AND_FED = {
             "reaction": wrench,
             "force_selection": selection,
             "moment_selection": no_selection,
+            "tare": tare,
         },
     ),
     "RobotSideWithAngularFilter": (
@@ -339,6 +350,7 @@ _MADE_AND_FED = {
             "sensed_wrench": wrench,
             "force_selection": selection,
             "moment_selection": selection,
+            "sensor_ready": ready,
         },
     ),
     "HapticSide": (

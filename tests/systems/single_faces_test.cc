@@ -96,6 +96,7 @@ TEST(AlgorithmTest, RobotSideProxy) {
     input.has_sensed = true;
     input.sensed_force = in.at("sensed_wrench").head<3>();
     input.sensed_moment = in.at("sensed_wrench").tail<3>();
+    input.sensor_ready = in.at("sensor_ready")(0) > 0.5;
     algorithm.Update(time, input, &state);
     const RobotSideProxyOutput& output = state.output;
     return Concatenate({output.motion_error, output.rotation_error,
@@ -264,14 +265,20 @@ TEST(AlgorithmTest, ForceTorqueSensor) {
   ForceTorqueSensorState state = algorithm.MakeState(params.sensor_seed);
   ExpectTheAlgorithm(
       "ForceTorqueSensor", [&](double time, const FlatInputs& in) {
-        const Matrix3d R_BE = PoseFromFlat(in.at("robot_pose")).R;
         // A simulated plant has no reaction before its first step.
         if (time > 0) {
-          algorithm.Update(in.at("reaction"), R_BE, R_BE * params.p_SE, &state);
+          algorithm.Update({.measured = in.at("reaction"),
+                            .X_BE = PoseFromFlat(in.at("robot_pose")),
+                            .p_SE = params.p_SE,
+                            .tare = in.at("tare")(0) > 0.5},
+                           &state);
         }
-        return Concatenate({state.wrench, Counts({state.bad_inputs})});
+        return Concatenate({state.adapter.wrench,
+                            Eigen::VectorXd::Constant(1, state.adapter.ready),
+                            Counts({state.bad_inputs + state.adapter.bad_inputs,
+                                    state.adapter.tares_refused})});
       });
-  EXPECT_GT(state.wrench.norm(), 1);
+  EXPECT_EQ(state.adapter.tares, 1);
 }
 
 TEST(AlgorithmTest, SimulatedHapticDevice) {
@@ -306,6 +313,7 @@ void ExpectTheRobotSide(
     input.force_selection = MatrixFromFlat(in.at("force_selection"));
     input.moment_selection = MatrixFromFlat(in.at("moment_selection"));
     input.sensed_wrench = in.at("sensed_wrench");
+    input.sensor_ready = in.at("sensor_ready")(0) > 0.5;
     algorithm.Update(time, input, &state);
     const RobotSideOutput& output = state.output;
     VectorXd signals(RobotSide::OutputSize());
@@ -399,17 +407,19 @@ TEST(WiringTest, SimulatedSensorInFrontOfARobotSide) {
                   sensor->get_robot_pose_input_port());
   builder.Connect(sensor->get_sensed_wrench_output_port(),
                   side->get_sensed_wrench_input_port());
+  builder.Connect(sensor->get_ready_output_port(),
+                  side->get_sensor_ready_input_port());
   builder.ExportInput(sensor->get_reaction_input_port(), "reaction");
   for (const char* name : {"haptic_message", "robot_state", "force_selection",
                            "moment_selection"}) {
     builder.ExportInput(side->GetInputPort(name), name);
   }
+  builder.ExportInput(sensor->get_tare_input_port(), "tare");
   for (int i = 0; i < side->num_output_ports(); ++i) {
     builder.ExportOutput(side->get_output_port(i));
   }
   builder.ExportOutput(sensor->get_sensed_wrench_output_port());
-  builder.ExportOutput(sensor->get_bad_inputs_output_port(),
-                       "sensor_bad_inputs");
+  builder.ExportOutput(sensor->get_counters_output_port(), "sensor_counters");
 
   FacePlayer fused("RobotSideWithSensor");
   FacePlayer separate("RobotSideWithSensor", builder.Build());
@@ -684,6 +694,7 @@ TEST(GettersTest, ProxiesAndBaseline) {
   EXPECT_INPUT(robot, force_selection);
   EXPECT_INPUT(robot, moment_selection);
   EXPECT_INPUT(robot, sensed_wrench);
+  EXPECT_INPUT(robot, sensor_ready);
   EXPECT_OUTPUT(robot, motion_error);
   EXPECT_OUTPUT(robot, rotation_error);
   EXPECT_OUTPUT(robot, reference_force);
@@ -767,7 +778,9 @@ TEST(GettersTest, LinkAndSimulation) {
   const ForceTorqueSensorSystem sensor;
   EXPECT_INPUT(sensor, reaction);
   EXPECT_INPUT(sensor, robot_pose);
+  EXPECT_INPUT(sensor, tare);
   EXPECT_OUTPUT(sensor, sensed_wrench);
+  EXPECT_OUTPUT(sensor, ready);
   const SimulatedHapticDeviceSystem device(GetFaceParams().path);
   EXPECT_INPUT(device, device_wrench);
   EXPECT_OUTPUT(device, device_pose);
@@ -796,10 +809,12 @@ TEST(GettersTest, Sides) {
     EXPECT_OUTPUT(robot, mean_contact_force);
     if (simulated) {
       EXPECT_INPUT(robot, reaction);
+      EXPECT_INPUT(robot, tare);
       EXPECT_OUTPUT(robot, sensed_wrench);
       EXPECT_THROW(robot.get_sensed_wrench_input_port(), std::exception);
     } else {
       EXPECT_INPUT(robot, sensed_wrench);
+      EXPECT_INPUT(robot, sensor_ready);
       EXPECT_THROW(robot.get_reaction_input_port(), std::exception);
       EXPECT_THROW(robot.get_sensed_wrench_output_port(), std::exception);
     }

@@ -903,8 +903,10 @@ def both_ways(name, sources):
         links = [
             (side, "robot_pose", front),
             (front, "sensed_wrench", side),
+            (front, "ready", side, "sensor_ready"),
         ]
-        more, count = "sensed_wrench", "sensor_bad_inputs"
+        more = "sensed_wrench"
+        counted = ("counters", "sensor_counters")
     else:
         front = systems.SimulatedHapticDevice.add_to(
             builder, operator_path(), device_params()
@@ -914,18 +916,20 @@ def both_ways(name, sources):
             (front, "device_pose", side),
             (front, "device_velocity", side),
         ]
-        more, count = "device_pose", "device_bad_inputs"
-    for source, port, target in links:
-        builder.Connect(source.GetOutputPort(port), target.GetInputPort(port))
+        more = "device_pose"
+        counted = ("bad_inputs", "device_bad_inputs")
+    for source, port, target, *other in links:
+        name = other[0] if other else port
+        builder.Connect(source.GetOutputPort(port), target.GetInputPort(name))
     for port, function in {**entry.sources, **sources}.items():
-        target = front if port == "reaction" else side
+        target = front if port in ("reaction", "tare") else side
         source = builder.AddSystem(Source(function))
         builder.Connect(source.get_output_port(), target.GetInputPort(port))
     for i in range(side.num_output_ports()):
         port = side.get_output_port(i)
         builder.ExportOutput(port, port.get_name())
     builder.ExportOutput(front.GetOutputPort(more), more)
-    builder.ExportOutput(front.GetOutputPort("bad_inputs"), count)
+    builder.ExportOutput(front.GetOutputPort(counted[0]), counted[1])
     separate = builder.Build()
     return fused, separate, more
 

@@ -230,6 +230,14 @@ def vector(port: InputPort, context: Context) -> Vector:
     return value
 
 
+def flag(port: InputPort, context: Context, otherwise: bool) -> bool:
+    """Returns whether a port of size 1 holds more than 0.5; `otherwise` if it is
+    not connected."""
+    if not port.HasValue(context):
+        return otherwise
+    return bool(port.Eval(context)[0] > 0.5)
+
+
 def pose(port: InputPort, context: Context) -> tuple[Vector, Vector]:
     """Returns position (3,) and rotation (3, 3) of a RigidTransform port."""
     X = port.Eval(context)

@@ -13,6 +13,7 @@ from dual_proxy.systems._face import (
     Context,
     Face,
     check_positive,
+    flag,
     link_status,
     matrix,
     message,
@@ -34,6 +35,9 @@ class RobotSideProxy(Face):
     - moment_selection    # 9, row-major 3x3 (optional, zero)
     - sensed_wrench       # 6, [force; moment], N, N m, at E (optional: without
                           # it there is no bumpless hand-over)
+    - sensor_ready        # 1, > 0.5 if the force sensor can be relied on
+                          # (optional: it can); otherwise the robot holds its
+                          # place
     output_ports:
     - motion_error        # 3, m
     - rotation_error      # 3, rad
@@ -66,6 +70,7 @@ class RobotSideProxy(Face):
         self._force_selection = self.DeclareVectorInputPort("force_selection", 9)
         self._moment_selection = self.DeclareVectorInputPort("moment_selection", 9)
         self._sensed_wrench = self.DeclareVectorInputPort("sensed_wrench", 6)
+        self._sensor_ready = self.DeclareVectorInputPort("sensor_ready", 1)
         self._declare_memory(self._proxy.make_state(), self._proxy.params.period)
         for name in (
             "motion_error",
@@ -95,6 +100,7 @@ class RobotSideProxy(Face):
             matrix(self._moment_selection, context),
             sensed,
             state,
+            flag(self._sensor_ready, context, True),
         )
 
 

@@ -27,6 +27,7 @@ from dual_proxy.systems._face import (
     State,
     Vector,
     check_vector,
+    flag,
     matrix,
     message,
     pose,
@@ -72,7 +73,10 @@ class _Side(NativeTwin, LeafSystem):
         acting = self.DeclareDiscreteState(value)
         self._acting_index = int(acting)
         self.DeclareStateOutputPort(name, acting)
-        self._refused = self.DeclareDiscreteState(1) if hardware is not None else None
+        self._hardware_counts: Any = None
+        if hardware is not None:
+            count = len(self._count_hardware(hardware))
+            self._hardware_counts = self.DeclareDiscreteState(count)
         self.DeclarePeriodicUnrestrictedUpdateEvent(self._period, 0.0, self._advance)
 
     def _states(self, context: Context) -> Any:
@@ -107,6 +111,10 @@ class _Side(NativeTwin, LeafSystem):
         """Advances both states in place; returns what acts on the hardware."""
         raise NotImplementedError
 
+    def _count_hardware(self, hardware: Any) -> list[int]:
+        """Returns what the simulated hardware has counted."""
+        raise NotImplementedError
+
     def _advance(self, context: Context, state: State) -> EventStatus:
         memory = state.get_mutable_abstract_state(self._memory_index)
         side, hardware = memory.get_value().state
@@ -119,7 +127,8 @@ class _Side(NativeTwin, LeafSystem):
         outputs.set_value(self._signals_index, side.output.as_vector())
         outputs.set_value(self._acting_index, acts)
         if hardware is not None:
-            outputs.set_value(int(self._refused), [hardware.bad_inputs])
+            counts = self._count_hardware(hardware)
+            outputs.set_value(int(self._hardware_counts), counts)
         return EventStatus.Succeeded()
 
 
@@ -137,6 +146,12 @@ class RobotSide(_Side):
                           # tool (only with a simulated sensor)
     - force_selection     # 9, row-major 3x3 (optional, zero)
     - moment_selection    # 9, row-major 3x3 (optional, zero)
+    - sensor_ready        # 1, > 0.5 if the force sensor can be relied on
+                          # (optional: it can); otherwise the robot holds its
+                          # place (not with a simulated sensor)
+    - tare                # 1, asks for the sensor's bias to be learned anew when
+                          # it comes to exceed 0.5 (optional; only with a
+                          # simulated sensor)
     output_ports:
     - signals             # all results, see `layout` (name -> slice)
     - torque              # 7, N m, with gravity compensation
@@ -149,7 +164,8 @@ class RobotSide(_Side):
     - mean_contact_force  # 3, N, likewise
     - sensed_wrench       # 6, as the input of that name (only with a simulated
                           # sensor)
-    - sensor_bad_inputs   # 1, samples that the sensor refused so far (likewise)
+    - sensor_counters     # 2, so far: samples that the sensor refused, times at
+                          # rest that gave no bias (likewise)
     - mean_sensed_moment    # 3, N m, mean over the angular filter's period (only
                             # with an angular filter)
     - mean_angular_velocity # 3, rad/s (likewise)
@@ -209,6 +225,7 @@ class RobotSide(_Side):
             self._reaction = declare("reaction", 6)
         self._force_selection = declare("force_selection", 9)
         self._moment_selection = declare("moment_selection", 9)
+        self._flag = declare("sensor_ready" if sensor is None else "tare", 1)
         self._model = model = model or PandaModel()
         torque: Any = np.zeros(NUM_JOINTS)
         if q_start is not None:
@@ -247,7 +264,7 @@ class RobotSide(_Side):
                 ),
                 {self.abstract_state_ticket(self._memory)},
             )
-            self.DeclareStateOutputPort("sensor_bad_inputs", self._refused)
+            self.DeclareStateOutputPort("sensor_counters", self._hardware_counts)
         if self._side.params.angular_filter_period > 0:
             for name in (
                 "sensed_moment",
@@ -256,6 +273,9 @@ class RobotSide(_Side):
                 "contact_moment",
             ):
                 self._declare_angular_mean(name)
+
+    def _count_hardware(self, hardware: Any) -> list[int]:
+        return [hardware.bad_inputs, hardware.tares_refused]
 
     def _declare_angular_mean(self, name: str) -> None:
         def calc(context: Context, output: Output) -> None:
@@ -287,12 +307,18 @@ class RobotSide(_Side):
             if hardware is None
             else hardware.wrench,
             side,
+            flag(self._flag, context, True) if hardware is None else hardware.ready,
         )
         # A simulated plant has no reaction before its first step.
         if hardware is not None and time > 0:
-            R_BE = terms.R_BE
-            reaction = self._reaction.Eval(context)
-            self._sensor.update(reaction, R_BE, R_BE @ self._p_SE, hardware)
+            self._sensor.update(
+                self._reaction.Eval(context),
+                terms.p_BE,
+                terms.R_BE,
+                self._p_SE,
+                hardware,
+                flag(self._flag, context, False),
+            )
         torque: Vector = side.output.torque
         return torque
 
@@ -375,11 +401,14 @@ class HapticSide(_Side):
                 self._calc_pose,
                 {self.abstract_state_ticket(self._memory)},
             )
-            self.DeclareStateOutputPort("device_bad_inputs", self._refused)
+            self.DeclareStateOutputPort("device_bad_inputs", self._hardware_counts)
 
     def _calc_pose(self, context: Context, output: Output) -> None:
         read = self._states(context)[1].read_pose
         output.set_value(rigid_transform(read.p, read.R))
+
+    def _count_hardware(self, hardware: Any) -> list[int]:
+        return [hardware.bad_inputs]
 
     def _step(self, context: Context, side: Any, hardware: Any) -> Vector:
         time = context.get_time()

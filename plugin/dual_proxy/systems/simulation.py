@@ -14,23 +14,28 @@ from dual_proxy.systems._face import (
     Face,
     Vector,
     check_vector,
+    flag,
     pose,
     vector,
 )
 
 
 class ForceTorqueSensor(Face):
-    """A wrist force/torque sensor: noise, bias, low-pass, tool weight removed.
+    """A wrist force/torque sensor: noise, bias, low-pass; and its adapter, which
+    learns the bias and removes the tool's weight and inertia.
 
     @system
     name: ForceTorqueSensor
     input_ports:
     - reaction        # 6, [force; moment], N, N m, in S: of the arm on the tool
     - robot_pose      # RigidTransform X_BE
+    - tare            # 1, asks for the bias to be learned anew when it comes to
+                      # exceed 0.5 (optional)
     output_ports:
     - sensed_wrench   # 6, [force; moment], N, N m, in B, at E: of the robot on
-                      # its environment
-    - bad_inputs      # 1: samples refused so far
+                      # its environment; zero while the bias is being learned
+    - ready           # 1: 1 if the bias is known, else 0
+    - counters        # 2, so far: samples refused, times at rest that gave no bias
     @endsystem
 
     Steps every `params.period`, for the first time after one period, as a
@@ -64,19 +69,26 @@ class ForceTorqueSensor(Face):
         }
         self._reaction = self.DeclareVectorInputPort("reaction", 6)
         self._pose = self._declare_pose_input("robot_pose")
+        self._tare = self.DeclareVectorInputPort("tare", 1)
         period = self._sensor.params.period
         self._declare_memory(self._sensor.make_state(seed), period)
         self._declare_vector_output("sensed_wrench", 6, lambda state: state.wrench)
-        self._declare_vector_output("bad_inputs", 1, lambda state: state.bad_inputs)
+        self._declare_vector_output("ready", 1, lambda state: [state.ready])
+        self._declare_vector_output(
+            "counters", 2, lambda state: (state.bad_inputs, state.tares_refused)
+        )
 
     def _step(self, context: Context, state: Any) -> None:
         # Not by an event's offset: period + k period is not always the others'
         # (k + 1) period, and the sensor would step before or after them.
         if context.get_time() <= 0.0:
             return
-        _, R_BE = pose(self._pose, context)
         self._sensor.update(
-            self._reaction.Eval(context), R_BE, R_BE @ self._p_SE, state
+            self._reaction.Eval(context),
+            *pose(self._pose, context),
+            self._p_SE,
+            state,
+            flag(self._tare, context, False),
         )
 
 

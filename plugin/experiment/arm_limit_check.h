@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dual_proxy/common/arm_limits.h"
+#include "dual_proxy/experiment/run_log.h"
+
+namespace dual_proxy {
+
+/** Whether a value is over a limit by more than rounding: by a millionth of the
+limit, or, if that is zero, by a millionth. */
+bool IsOverLimit(double value, double limit);
+
+/** How much of one of the arm's limits a run used. */
+struct ArmLimitCheck {
+  /** "joint_position", "joint_speed", "tool_speed", "torque", "torque_rate" or
+  "proxy_distance". */
+  const char* limit;
+  /** The key of the metric that tells it, and that metric's value: NaN if one
+  of the signal's values is not finite. */
+  const char* metric;
+  double value;
+  bool broken;
+  /** Where it was worst: "joint 4 speed 2.31 rad/s at 3.214 s (limit 2.175)".
+   */
+  std::string worst;
+};
+
+/** Checks a run against the arm's limits, from the signals `joint_position`,
+`joint_velocity`, `robot_velocity`, `torque`, `robot_position` and
+`robot_proxy_position`. A limit whose signal the log does not have is left out;
+so is that of the torque's rate if the log's rows are further apart than control
+periods, and all of an empty log.
+@param control_period s, > 0. Rates are per control period: between two of them
+  the torque is constant. */
+std::vector<ArmLimitCheck> CheckArmLimits(const RunLog& log,
+                                          const ArmLimits& limits,
+                                          double control_period);
+
+}  // namespace dual_proxy

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "dual_proxy/common/serialize.h"
+#include "dual_proxy/control/model_terms.h"
+
+namespace dual_proxy {
+
+/** Parameters of JointLimits. The defaults are the Panda's (its data sheet). */
+struct JointLimitsParams {
+  /** rad: each joint's ends. */
+  Vector7 lower{(Vector7() << -2.8973, -1.7628, -2.8973, -3.0718, -2.8973,
+                 -0.0175, -2.8973)
+                    .finished()};
+  Vector7 upper{
+      (Vector7() << 2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973)
+          .finished()};
+  /** rad/s, > 0. */
+  Vector7 speed{
+      (Vector7() << 2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61).finished()};
+  double position_margin{0.05};  ///< rad, >= 0: kept free at both ends.
+  double speed_margin{0.1};      ///< [0, 1): share of `speed` kept free.
+
+  /** @throws std::invalid_argument naming field, range and value. */
+  void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("lower", &lower));
+    a->Visit(MakeNameValue("upper", &upper));
+    a->Visit(MakeNameValue("speed", &speed));
+    a->Visit(MakeNameValue("position_margin", &position_margin));
+    a->Visit(MakeNameValue("speed_margin", &speed_margin));
+  }
+};
+
+/** Keeps joints within their ends and speeds, with a margin, by damping that
+sets in before them: of each joint's acceleration a only what is in
+
+    (v_low(q) - v) / T_v <= a <= (v_high(q) - v) / T_v
+
+is let through, where
+
+    v_high(q) = min((1 - speed_margin) speed, (upper - position_margin - q) /
+T_q)
+
+and v_low alike: a joint approaches its end ever more slowly, and one beyond the
+margin is led back. T_v = 20 ms, T_q = 0.1 s. No heap, no throw. */
+class JointLimits {
+ public:
+  /** @throws std::invalid_argument if params are not valid. */
+  explicit JointLimits(JointLimitsParams params = {});
+
+  const JointLimitsParams& params() const { return params_; }
+
+  /** Whether any joint moves faster than half its speed, or could not go on at
+  full speed for its end. Far from all limits nothing is to be limited.
+  @param q rad.  @param v rad/s. */
+  bool IsNear(const Vector7& q, const Vector7& v) const noexcept;
+
+  /** The acceleration, rad/s^2, of which each joint's is let through. */
+  Vector7 Limit(const Vector7& q, const Vector7& v,
+                const Vector7& acceleration) const noexcept;
+
+ private:
+  JointLimitsParams params_;
+  Vector7 speed_;  ///< Less the margin.
+};
+
+}  // namespace dual_proxy

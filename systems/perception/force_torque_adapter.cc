@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/perception/force_torque_adapter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include "dual_proxy/common/low_pass.h"
+#include "dual_proxy/common/rotation.h"
+#include "dual_proxy/common/validate.h"
+
+namespace dual_proxy {
+
+using Eigen::Vector3d;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+void ForceTorqueAdapterParams::Validate() const {
+  constexpr const char* kWho = "ForceTorqueAdapterParams";
+  ThrowUnlessNonNegative(kWho, "tool_mass", tool_mass);
+  ThrowUnlessFinite(kWho, "tool_com", tool_com);
+  ThrowUnlessNonNegative(kWho, "gravity", gravity);
+  ThrowUnlessNonNegative(kWho, "cutoff", cutoff);
+  ThrowUnlessPositive(kWho, "tare_time", tare_time);
+  ThrowUnlessPositive(kWho, "tare_speed", tare_speed);
+  ThrowUnlessPositive(kWho, "tare_max_force", tare_max_force);
+  ThrowUnlessPositive(kWho, "tare_max_noise", tare_max_noise);
+  ThrowUnlessPositive(kWho, "period", period);
+}
+
+ForceTorqueAdapter::ForceTorqueAdapter(const Params& params)
+    : params_((params.Validate(), params)),
+      gain_(LowPassGain(params.cutoff, params.period)),
+      samples_needed_(std::max<std::int64_t>(
+          2, std::llround(std::min(1e9, params.tare_time / params.period)))) {}
+
+ForceTorqueAdapterState ForceTorqueAdapter::MakeState() const noexcept {
+  State state;
+  state.ready = !params_.tare;
+  state.taring = params_.tare;
+  return state;
+}
+
+void ForceTorqueAdapter::NoteMotion(const Vector3d& com,
+                                    State* state) const noexcept {
+  if (state->com_samples >= 2) {
+    const Vector3d acceleration = (com - 2 * state->com + state->com_before) /
+                                  (params_.period * params_.period);
+    state->inertial_force +=
+        gain_ * (params_.tool_mass * acceleration - state->inertial_force);
+  }
+  state->com_samples = std::min(2, state->com_samples + 1);
+  state->com_before = state->com;
+  state->com = com;
+}
+
+void ForceTorqueAdapter::Tare(const Vector6d& net, bool at_rest,
+                              State* state) const noexcept {
+  if (!at_rest || state->rest_samples == 0) {
+    state->rest_samples = 0;
+    state->rest_sum.setZero();
+    state->rest_squares.setZero();
+    if (!at_rest) return;
+  }
+  ++state->rest_samples;
+  state->rest_sum += net;
+  state->rest_squares += net.head<3>().cwiseAbs2();
+  if (state->rest_samples < samples_needed_) return;
+
+  const auto count = static_cast<double>(state->rest_samples);
+  state->rest_samples = 0;
+  const Vector6d mean = state->rest_sum / count;
+  const Vector3d variance =
+      state->rest_squares / count - mean.head<3>().cwiseAbs2();
+  const double noise = params_.tare_max_noise;
+  if (mean.head<3>().norm() > params_.tare_max_force ||
+      variance.maxCoeff() > noise * noise) {
+    ++state->tares_refused;
+    return;
+  }
+  state->bias = mean;
+  state->taring = false;
+  state->ready = true;
+  ++state->tares;
+}
+
+void ForceTorqueAdapter::Update(const ForceTorqueAdapterInput& input,
+                                State* state) const noexcept {
+  if (!input.measured.allFinite() || !IsValidPose(input.X_BE) ||
+      !input.p_SE.allFinite()) {
+    ++state->bad_inputs;
+    state->com_samples = 0;
+    state->rest_samples = 0;
+    return;
+  }
+  const Eigen::Matrix3d& R_BS = input.X_BE.R;
+  const Vector3d com = input.X_BE.p + R_BS * (params_.tool_com - input.p_SE);
+  const bool at_rest =
+      state->com_samples > 0 &&
+      (com - state->com).norm() < params_.tare_speed * params_.period;
+  NoteMotion(com, state);
+
+  // What the arm has to exert on the tool though nothing touches it.
+  const Vector3d carried =
+      -params_.tool_mass * params_.gravity * Vector3d::UnitZ() -
+      state->inertial_force;
+  const Vector3d carried_S = R_BS.transpose() * carried;
+  Vector6d net = input.measured;
+  net.head<3>() += carried_S;
+  net.tail<3>() += params_.tool_com.cross(carried_S);
+
+  if (input.tare && !state->tare_asked) {
+    state->taring = true;
+    state->ready = false;
+    state->rest_samples = 0;
+  }
+  state->tare_asked = input.tare;
+  if (state->taring) Tare(net, at_rest, state);
+  if (!state->ready) {
+    state->wrench.setZero();
+    return;
+  }
+  net -= state->bias;
+  const Vector3d force = R_BS * net.head<3>();
+  state->wrench.head<3>() = force;
+  state->wrench.tail<3>() =
+      R_BS * net.tail<3>() - (R_BS * input.p_SE).cross(force);
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "dual_proxy/common/pose.h"
+#include "dual_proxy/common/serialize.h"
+
+namespace dual_proxy {
+
+/** Parameters of ForceTorqueAdapter. S is the sensor's frame, whose axes are
+E's. */
+struct ForceTorqueAdapterParams {
+  /** kg, >= 0: mass beyond the sensor, whose weight and inertia are removed. */
+  double tool_mass{0};
+  /** m, in S: centre of that mass. */
+  Eigen::Vector3d tool_com{Eigen::Vector3d::Zero()};
+  /** m/s^2, >= 0: gravity, along -z of B. */
+  double gravity{9.81};
+  /** Hz, >= 0: the sensor's own first-order low-pass, 0 for none. What the
+  tool's inertia does passes through it, too. */
+  double cutoff{0};
+  /** Whether the sensor's bias is learned before anything moves; false: there
+  is none until one is asked for. */
+  bool tare{false};
+  /** s, > 0: how long the tool has to be at rest for it. */
+  double tare_time{0.5};
+  /** m/s, > 0: slower than this the tool's centre of mass is at rest. */
+  double tare_speed{0.005};
+  /** N, > 0: a larger force on the resting tool is no bias: it touches
+  something, or its mass is wrong. */
+  double tare_max_force{10};
+  /** N, > 0: noise, standard deviation per axis, with which no bias is learned.
+   */
+  double tare_max_noise{1};
+  double period{0.001};  ///< s, > 0: sample period.
+
+  /** @throws std::invalid_argument naming the field, its range and value. */
+  void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(MakeNameValue("tool_mass", &tool_mass));
+    a->Visit(MakeNameValue("tool_com", &tool_com));
+    a->Visit(MakeNameValue("gravity", &gravity));
+    a->Visit(MakeNameValue("cutoff", &cutoff));
+    a->Visit(MakeNameValue("tare", &tare));
+    a->Visit(MakeNameValue("tare_time", &tare_time));
+    a->Visit(MakeNameValue("tare_speed", &tare_speed));
+    a->Visit(MakeNameValue("tare_max_force", &tare_max_force));
+    a->Visit(MakeNameValue("tare_max_noise", &tare_max_noise));
+    a->Visit(MakeNameValue("period", &period));
+  }
+};
+
+/** One sample. */
+struct ForceTorqueAdapterInput {
+  /** [force; moment] about the origin of S, N and N m, in S: of the arm on the
+  tool, as the sensor gives it. */
+  Eigen::Matrix<double, 6, 1> measured{Eigen::Matrix<double, 6, 1>::Zero()};
+  Pose X_BE;  ///< Of the tool point.
+  /** m, in S: tool point. */
+  Eigen::Vector3d p_SE{Eigen::Vector3d::Zero()};
+  /** Asks for the bias to be learned anew when it becomes true. The tool is to
+  be in free space. */
+  bool tare{false};
+};
+
+/** What the adapter remembers, and its output. */
+struct ForceTorqueAdapterState {
+  using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+  /** [force; moment] about E, N and N m, in B: of the robot on its environment.
+  Zero while the bias is being learned. */
+  Vector6d wrench{Vector6d::Zero()};
+  /** Whether there is a bias to go by. Until then nothing that depends on the
+  wrench is to begin, and nothing to move. */
+  bool ready{false};
+  /** [force; moment], N and N m, in S: what is sensed when nothing touches. */
+  Vector6d bias{Vector6d::Zero()};
+  /** How often a bias was learned, and how often the tool was at rest and yet
+  none could be (tare_max_force, tare_max_noise). */
+  std::int64_t tares{0};
+  std::int64_t tares_refused{0};
+  std::int64_t bad_inputs{0};
+
+  bool taring{false};
+  bool tare_asked{false};
+  /** Of the samples at rest so far. */
+  std::int64_t rest_samples{0};
+  Vector6d rest_sum{Vector6d::Zero()};
+  Eigen::Vector3d rest_squares{Eigen::Vector3d::Zero()};
+  /** m, in B: the last places of the tool's centre of mass, and how many. */
+  Eigen::Vector3d com{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d com_before{Eigen::Vector3d::Zero()};
+  int com_samples{0};
+  /** N, in B: of the arm on the tool, because the tool accelerates. */
+  Eigen::Vector3d inertial_force{Eigen::Vector3d::Zero()};
+};
+
+/** From what a wrist sensor measures to what the tool exerts on its
+environment, in this project's sign: INTO the surface that the tool pushes on.
+
+    F_B = R_BS (f - f_bias) + m g_B - m a_com
+    M_B = R_BS (m - m_bias) + p_com x (m g_B - m a_com) - p_SE x F_B   (about E)
+
+The tool's acceleration follows from its last three places: the model knows
+where its mass is. (The moment that turns the tool about its own centre of mass
+is left; it is less than a sensor's noise.)
+
+The bias is learned before anything moves: over `tare_time` at rest, as the mean
+of what is measured less the tool's weight. A mean above tare_max_force is no
+bias, and with more noise than tare_max_noise none can be told; then the next
+`tare_time` counts. Until it is known, `ready` is false and the wrench is zero.
+The same when it is asked for again. Input that is not finite is counted, and
+the output stays as it was. */
+class ForceTorqueAdapter {
+ public:
+  using Params = ForceTorqueAdapterParams;
+  using State = ForceTorqueAdapterState;
+
+  /** @throws std::invalid_argument if `params` is invalid. */
+  explicit ForceTorqueAdapter(const Params& params = {});
+
+  const Params& params() const { return params_; }
+
+  State MakeState() const noexcept;
+
+  /** Takes a sample; the result is in `state`. No heap, no throw. */
+  void Update(const ForceTorqueAdapterInput& input,
+              State* state) const noexcept;
+
+ private:
+  void NoteMotion(const Eigen::Vector3d& com, State* state) const noexcept;
+  void Tare(const Eigen::Matrix<double, 6, 1>& net, bool at_rest,
+            State* state) const noexcept;
+
+  Params params_;
+  double gain_{1};
+  std::int64_t samples_needed_{1};
+};
+
+}  // namespace dual_proxy
