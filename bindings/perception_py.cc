@@ -287,23 +287,22 @@ void BindForceTorqueAdapter(py::module_& m) {
       "From what a wrist sensor measures to what the tool exerts on its "
       "environment: bias, weight\nand inertia of the tool, sign.")
       .def(py::init<const P&>(), py::arg("params") = P())
-      .def_property_readonly("params", [](const ForceTorqueAdapter& self) {
-        return self.params();
-      })
+      .def_property_readonly(
+          "params",
+          [](const ForceTorqueAdapter& self) { return self.params(); })
       .def("make_state", &ForceTorqueAdapter::MakeState)
       .def(
           "update",
           [](const ForceTorqueAdapter& self, const py::object& measured,
              const py::object& robot_position, const py::object& robot_rotation,
              const py::object& p_SE, S& state, bool tare) {
-            self.Update(
-                {.measured = AsFixed<Eigen::Matrix<double, 6, 1>>(measured,
-                                                                  "measured"),
-                 .X_BE = {.p = Vec3(robot_position, "robot_position"),
-                          .R = Mat3(robot_rotation, "robot_rotation")},
-                 .p_SE = Vec3(p_SE, "p_SE"),
-                 .tare = tare},
-                &state);
+            self.Update({.measured = AsFixed<Eigen::Matrix<double, 6, 1>>(
+                             measured, "measured"),
+                         .X_BE = {.p = Vec3(robot_position, "robot_position"),
+                                  .R = Mat3(robot_rotation, "robot_rotation")},
+                         .p_SE = Vec3(p_SE, "p_SE"),
+                         .tare = tare},
+                        &state);
           },
           py::arg("measured"), py::arg("robot_position"),
           py::arg("robot_rotation"), py::arg("p_SE"), py::arg("state"),

@@ -56,6 +56,18 @@ __all__ = ["Station", "build_station"]
 
 _FRAMES_PER_SECOND = 30
 
+# What the ports of counters hold: port -> signals, without the port's name.
+_FILTER_COUNTERS = ("bad_inputs", "all_weights_zero")
+_CHANNEL_COUNTERS = ("lost", "overflow", "refused")
+_COUNTERS = {
+    "sensor": ("bad_inputs", "tares_refused"),
+    "filter": _FILTER_COUNTERS,
+    "angular_filter": _FILTER_COUNTERS,
+    "haptic_link": ("dropped", "bad_messages", "gaps", "spikes", "losses"),
+    "to_robot": _CHANNEL_COUNTERS,
+    "to_device": _CHANNEL_COUNTERS,
+}
+
 
 class ContactTruthSystem(NativeTwin, LeafSystem):
     """The tool's true contacts as a vector: force 3, normal 3, dimension 1; and
@@ -163,7 +175,7 @@ class Station:
             self._builder.Connect(port, everything.get_input_port(index))
         self._everything = everything.get_output_port()
         if logged:
-            period = self.scenario.scene.time_step
+            period = self.scenario.control_period
             self._sink = LogVectorOutput(
                 self._everything, self._builder, publish_period=period
             )
@@ -214,6 +226,7 @@ class Station:
         self._connect(reaction, "reaction", side, "reaction")
         self._robot_side = side
         self._ports["robot"] = side.GetOutputPort("signals")
+        self._ports["sensor"] = side.GetOutputPort("sensor_counters")
         if self._watched:
             truth = self._add(
                 "contact_truth",
@@ -241,6 +254,7 @@ class Station:
             self._connect(particle_filter, "force_selection", side, "force_selection")
             for name in ("dimension", "force_direction"):
                 self._ports[name] = particle_filter.GetOutputPort(name)
+            self._ports["filter"] = particle_filter.GetOutputPort("counters")
             for name in ("dimension", "force_selection"):
                 self._export(particle_filter.GetOutputPort(name), name)
         if scenario.has_angular_filter:
@@ -269,6 +283,7 @@ class Station:
         ):
             self._ports[name] = port
             self._export(port, name)
+        self._ports["angular_filter"] = angular_filter.GetOutputPort("counters")
 
     def _add_device(self) -> None:
         """The device in the operator's hand, and the haptic side."""
@@ -293,6 +308,7 @@ class Station:
                 "haptic_side", HapticSide, params, scenario.device, self._path
             )
             acting = device = side
+            refused = side.GetOutputPort("device_bad_inputs")
         else:
             side = self._add("haptic_side", HapticSide, params)
             device = self._add(
@@ -304,20 +320,23 @@ class Station:
                 "position_force",
                 PositionForceHapticSide,
                 scenario.position_force,
-                scenario.scene.time_step,
+                scenario.control_period,
             )
             self._ports["position_force"] = acting.GetOutputPort("device_wrench")
             self._ports["position_force_link"] = acting.GetOutputPort("link_status")
+            self._ports["haptic_link"] = acting.GetOutputPort("link_counters")
+            refused = device.GetOutputPort("bad_inputs")
             self._connect(acting, "device_wrench", device, "device_wrench")
         self._haptic_side, self._acting_haptic_side = side, acting
         self._ports["device"] = side.GetOutputPort("signals")
+        self._ports["device_bad_inputs"] = refused
         self._export(device.GetOutputPort("device_pose"), "device_pose")
         self._export(acting.GetOutputPort("device_wrench"), "device_wrench")
 
     def _add_link(self) -> None:
         """Both directions of the link: all that the two sides share."""
         link = self.scenario.link
-        step = self.scenario.scene.time_step
+        step = self.scenario.control_period
         to_robot = self._add(
             "to_robot",
             CommunicationChannel,
@@ -325,6 +344,8 @@ class Station:
             self.scenario.calc_seed("to_robot"),
             link.rate,
             step,
+            _core.PoseMessage(),
+            True,
         )
         self._connect(self._haptic_side, "message", to_robot, "message")
         self._connect(to_robot, "message", self._robot_side, "haptic_message")
@@ -337,6 +358,7 @@ class Station:
             link.rate,
             step,
             _core.PoseMessage() if dual_proxy else _core.ForceMessage(),
+            True,
         )
         self._connect(
             self._robot_side,
@@ -350,6 +372,8 @@ class Station:
             self._acting_haptic_side,
             "robot_message" if dual_proxy else "force_message",
         )
+        self._ports["to_robot"] = to_robot.GetOutputPort("counters")
+        self._ports["to_device"] = to_device.GetOutputPort("counters")
 
     def _signals(
         self, times: NDArray[np.float64], rows: NDArray[np.float64]
@@ -374,17 +398,25 @@ class Station:
             "contact_dimension": truth[:, 6:7],
             "dimension": data.get("dimension", np.zeros((count, 1))),
             "force_direction": data.get("force_direction", np.zeros((count, 3))),
+            "filter_bad_inputs": np.zeros(count),
+            "filter_all_weights_zero": np.zeros(count),
         }
         if "position_force" in data:
             force = data["position_force"][:, :3]
-            status, age, _, dropped = data["position_force_link"][:, :4].T
+            status, age = data["position_force_link"][:, :2].T
             values |= {
                 "haptic_reference_force": force,
                 "device_force": force,
                 "haptic_link_status": status,
                 "haptic_link_age": age,
-                "haptic_link_dropped": dropped,
             }
+        for port, names in _COUNTERS.items():
+            if port in data:
+                values |= {
+                    f"{port}_{name}": data[port][:, index]
+                    for index, name in enumerate(names)
+                }
+        values["device_bad_inputs"] = data["device_bad_inputs"]
         if self.scenario.has_angular_filter:
             values |= {
                 "contact_moment_dimension": truth[:, 7:8],

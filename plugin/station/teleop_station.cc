@@ -2,6 +2,7 @@
 #include "dual_proxy/station/teleop_station.h"
 
 #include <algorithm>
+#include <initializer_list>
 #include <map>
 #include <memory>
 #include <optional>
@@ -69,6 +70,17 @@ class StationBuilder {
     Log(port, {{.name = name, .start = 0, .size = port.size()}});
   }
 
+  // Logs a port of scalars.
+  void LogScalars(const OutputPort<double>& port,
+                  std::initializer_list<const char*> names) {
+    std::vector<SignalSlice> layout;
+    for (const char* name : names) {
+      layout.push_back(
+          {.name = name, .start = static_cast<int>(layout.size()), .size = 1});
+    }
+    Log(port, layout);
+  }
+
   // The arm in its scene, the wrist sensor, the robot side, the filter.
   void AddRobot() {
     const PandaSceneParams& params = scenario_.scene;
@@ -106,6 +118,8 @@ class StationBuilder {
     builder_.Connect(reaction->get_reaction_output_port(),
                      side.get_reaction_input_port());
     Log(side.get_signals_output_port(), RobotSide::OutputLayout());
+    LogScalars(side.get_sensor_counters_output_port(),
+               {"sensor_bad_inputs", "sensor_tares_refused"});
     std::vector<SignalSlice> layout{
         {.name = "contact_force", .start = 0, .size = 3},
         {.name = "contact_normal", .start = 3, .size = 3},
@@ -141,6 +155,8 @@ class StationBuilder {
                      side.get_force_selection_input_port());
     Log(filter->get_dimension_output_port(), "dimension");
     Log(filter->get_force_direction_output_port(), "force_direction");
+    LogScalars(filter->get_counters_output_port(),
+               {"filter_bad_inputs", "filter_all_weights_zero"});
     builder_.ExportOutput(filter->get_dimension_output_port(), "dimension");
     builder_.ExportOutput(filter->get_force_selection_output_port(),
                           "force_selection");
@@ -164,6 +180,9 @@ class StationBuilder {
                      side.get_moment_selection_input_port());
     Log(filter->get_dimension_output_port(), "moment_dimension");
     Log(filter->get_force_selection_output_port(), "moment_selection");
+    LogScalars(
+        filter->get_counters_output_port(),
+        {"angular_filter_bad_inputs", "angular_filter_all_weights_zero"});
     builder_.ExportOutput(filter->get_dimension_output_port(),
                           "moment_dimension");
     builder_.ExportOutput(filter->get_force_selection_output_port(),
@@ -190,6 +209,8 @@ class StationBuilder {
       builder_.ExportOutput(haptic_side_->get_device_wrench_output_port(),
                             "device_wrench");
       Log(haptic_side_->get_signals_output_port(), HapticSide::OutputLayout());
+      Log(haptic_side_->get_device_bad_inputs_output_port(),
+          "device_bad_inputs");
     } else {
       AddBaselineDevice(params);
     }
@@ -204,7 +225,7 @@ class StationBuilder {
     builder_.Connect(device->get_device_velocity_output_port(),
                      haptic_side_->get_device_velocity_input_port());
     position_force_ = Add<PositionForceHapticSideSystem>(
-        "position_force", scenario_.position_force, scenario_.scene.time_step);
+        "position_force", scenario_.position_force, scenario_.control_period);
     builder_.Connect(position_force_->get_device_wrench_output_port(),
                      device->get_device_wrench_input_port());
     builder_.ExportOutput(device->get_device_pose_output_port(), "device_pose");
@@ -217,8 +238,12 @@ class StationBuilder {
          {.name = "device_force", .start = 0, .size = 3}});
     Log(position_force_->get_link_status_output_port(),
         {{.name = "haptic_link_status", .start = 0, .size = 1},
-         {.name = "haptic_link_age", .start = 1, .size = 1},
-         {.name = "haptic_link_dropped", .start = 3, .size = 1}});
+         {.name = "haptic_link_age", .start = 1, .size = 1}});
+    LogScalars(
+        position_force_->get_link_counters_output_port(),
+        {"haptic_link_dropped", "haptic_link_bad_messages", "haptic_link_gaps",
+         "haptic_link_spikes", "haptic_link_losses"});
+    Log(device->get_bad_inputs_output_port(), "device_bad_inputs");
     std::vector<SignalSlice> motion;
     for (const SignalSlice& signal : HapticSide::OutputLayout()) {
       if (!IsLogged(signal.name)) motion.push_back(signal);
@@ -238,31 +263,40 @@ class StationBuilder {
     using Poses = CommunicationChannelSystem<PoseMessage>;
     using Forces = CommunicationChannelSystem<ForceMessage>;
     const LinkParams& link = scenario_.link;
-    const double step = scenario_.scene.time_step;
-    auto* to_robot =
-        Add<Poses>("to_robot", link.channel,
-                   scenario_.CalcSeed(Stream::kToRobot), link.rate(), step);
+    const double step = scenario_.control_period;
+    auto* to_robot = Add<Poses>("to_robot", link.channel,
+                                scenario_.CalcSeed(Stream::kToRobot),
+                                link.rate(), step, true);
     builder_.Connect(haptic_side_->get_message_output_port(),
                      to_robot->get_message_input_port());
     builder_.Connect(to_robot->get_message_output_port(),
                      robot_side_->get_haptic_message_input_port());
+    LogScalars(to_robot->get_counters_output_port(),
+               {"to_robot_lost", "to_robot_overflow", "to_robot_refused"});
     if (scenario_.scheme == Scheme::kDualProxy) {
-      auto* to_device =
-          Add<Poses>("to_device", link.channel,
-                     scenario_.CalcSeed(Stream::kToDevice), link.rate(), step);
+      auto* to_device = Add<Poses>("to_device", link.channel,
+                                   scenario_.CalcSeed(Stream::kToDevice),
+                                   link.rate(), step, true);
       builder_.Connect(robot_side_->get_message_output_port(),
                        to_device->get_message_input_port());
       builder_.Connect(to_device->get_message_output_port(),
                        haptic_side_->get_robot_message_input_port());
+      LogToDevice(to_device->get_counters_output_port());
     } else {
-      auto* to_device =
-          Add<Forces>("to_device", link.channel,
-                      scenario_.CalcSeed(Stream::kToDevice), link.rate(), step);
+      auto* to_device = Add<Forces>("to_device", link.channel,
+                                    scenario_.CalcSeed(Stream::kToDevice),
+                                    link.rate(), step, true);
       builder_.Connect(robot_side_->get_force_message_output_port(),
                        to_device->get_message_input_port());
       builder_.Connect(to_device->get_message_output_port(),
                        position_force_->get_force_message_input_port());
+      LogToDevice(to_device->get_counters_output_port());
     }
+  }
+
+  void LogToDevice(const OutputPort<double>& counters) {
+    LogScalars(counters,
+               {"to_device_lost", "to_device_overflow", "to_device_refused"});
   }
 
   // One sink for all that is logged: every event of Drake's has its price.
@@ -275,7 +309,7 @@ class StationBuilder {
       builder_.Connect(*logged_[i], everything->get_input_port(i));
     }
     log_ = LogVectorOutput(everything->get_output_port(0), &builder_,
-                           scenario_.scene.time_step);
+                           scenario_.control_period);
   }
 
   DiagramBuilder<double>& builder_;
@@ -333,7 +367,11 @@ RunLog MakeRunLog(const TeleopStation& station,
         {.name = "dimension", .start = columns, .size = 1});
     result.signals.push_back(
         {.name = "force_direction", .start = columns + 1, .size = 3});
-    columns += 4;
+    result.signals.push_back(
+        {.name = "filter_bad_inputs", .start = columns + 4, .size = 1});
+    result.signals.push_back(
+        {.name = "filter_all_weights_zero", .start = columns + 5, .size = 1});
+    columns += 6;
   }
   result.values = Eigen::MatrixXd::Zero(count, columns);
   result.values.leftCols(size) = log.data().rightCols(count).transpose();

@@ -68,8 +68,7 @@ Vector3d ForceLoop::CalcBraking(const Vector3d& force,
   const double smooth = share * share * (3 - 2 * share);
   const Vector3d direction = velocity / speed;
   const double driving = std::max(0.0, force.dot(direction));
-  return -smooth *
-         (driving + kBraking * params_.damping * speed) * direction;
+  return -smooth * (driving + kBraking * params_.damping * speed) * direction;
 }
 
 Vector3d ForceLoop::Update(const Vector3d& reference, const Vector3d& sensed,

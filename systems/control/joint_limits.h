@@ -37,7 +37,8 @@ sets in before them: of each joint's acceleration a only what is in
 
 is let through, where
 
-    v_high(q) = min((1 - speed_margin) speed, (upper - position_margin - q) / T_q)
+    v_high(q) = min((1 - speed_margin) speed, (upper - position_margin - q) /
+T_q)
 
 and v_low alike: a joint approaches its end ever more slowly, and one beyond the
 margin is led back. T_v = 20 ms, T_q = 0.1 s. No heap, no throw. */

@@ -13,8 +13,6 @@ namespace dual_proxy {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-namespace {
-
 ForceLoopParams MakeForceLoopParams(
     const OperationalSpaceControllerParams& params) {
   ForceLoopParams loop{.gain = params.force_gain,
@@ -29,6 +27,8 @@ ForceLoopParams MakeForceLoopParams(
   loop.passivity.enabled = params.passivity;
   return loop;
 }
+
+namespace {
 
 ForceLoopParams MakeMomentLoopParams(
     const OperationalSpaceControllerParams& params) {
@@ -196,8 +196,8 @@ OperationalSpaceController::OperationalSpaceController(
     : params_((params.Validate(), params)),
       force_loop_(MakeForceLoopParams(params)),
       moment_loop_(MakeMomentLoopParams(params)),
-      blend_({.blend_time = params.selection_blend_time,
-              .period = params.period}),
+      blend_(
+          {.blend_time = params.selection_blend_time, .period = params.period}),
       joint_limits_(params.joint_limits) {}
 
 OperationalSpaceControllerState OperationalSpaceController::MakeState()
@@ -306,11 +306,10 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
   const Vector6 wrench =
       Lambda * (acceleration - model.Jdot_v - model.J_BE * posture) +
       contact_wrench;
-  const Vector7 net =
-      model.J_BE.transpose() * wrench + model.mass * posture;
-  output.torque = Send(net + model.bias - model.gravity +
-                           CalcLimiting(input, net, state),
-                       model.gravity, state);
+  const Vector7 net = model.J_BE.transpose() * wrench + model.mass * posture;
+  output.torque =
+      Send(net + model.bias - model.gravity + CalcLimiting(input, net, state),
+           model.gravity, state);
 
   const Vector6 motion_wrench = Lambda * acceleration;
   const bool unit_mass = params_.unit_mass_motion_force;

@@ -30,8 +30,8 @@ struct OperationalSpaceControllerParams {
   double moment_integral_gain{5.5};  ///< 1/s, >= 0.
   double moment_damping{0.8};        ///< N m s/rad, >= 0.
   double max_integral_moment{1};     ///< N m, >= 0.
-  /** m/s and rad/s, > 0: how fast the tool may move in force and in moment space
-  by the loops' own doing (ForceLoopParams::speed_limit). */
+  /** m/s and rad/s, > 0: how fast the tool may move in force and in moment
+  space by the loops' own doing (ForceLoopParams::speed_limit). */
   double force_speed_limit{0.1};
   double moment_speed_limit{1};
   /** Hz, >= 0: low-pass on the sensed wrench; 0 is off. Its phase is what makes
@@ -87,7 +87,7 @@ struct OperationalSpaceControllerParams {
   double torque_rate_limit{ArmLimits{}.torque_rate};
   /** [0, 1): share of torque_limit and torque_rate_limit that is kept free. */
   double torque_margin{0.05};
-  double period{0.001};            ///< s, > 0: control period.
+  double period{0.001};  ///< s, > 0: control period.
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
@@ -130,6 +130,10 @@ struct OperationalSpaceControllerParams {
     a->Visit(MakeNameValue("period", &period));
   }
 };
+
+/** The force loop of a controller with these parameters. */
+ForceLoopParams MakeForceLoopParams(
+    const OperationalSpaceControllerParams& params);
 
 /** Operational-space quantities of one configuration. */
 struct OperationalSpaceInertia {
@@ -225,8 +229,8 @@ whatever the posture does.
 Towards a joint's end or its largest speed the acceleration that the command
 asks of it is limited (JointLimits), while the other joints keep theirs; what a
 contact does to the arm is left out there. The torque is limited per joint to
-torque_limit, and last of all in its rate, relative to the torque sent last, both
-with torque_margin; the first cycle starts at the gravity compensation.
+torque_limit, and last of all in its rate, relative to the torque sent last,
+both with torque_margin; the first cycle starts at the gravity compensation.
 
 Refused cycles: if an input is not finite, a selection is not a projection or
 the mass matrix is not positive definite, the torque goes to the gravity

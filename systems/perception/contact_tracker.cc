@@ -141,8 +141,7 @@ double ContactTracker::CalcMaxFriction(const State& state) const noexcept {
 
 void ContactTracker::Update(const Vector3d& force_in,
                             const Vector3d& velocity_in,
-                            const Vector3d& command,
-                            const ContactPrior& prior,
+                            const Vector3d& command, const ContactPrior& prior,
                             const ContactParticles& particles,
                             State* state) const noexcept {
   // Squares and quotients of what is larger would overflow.

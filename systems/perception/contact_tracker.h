@@ -173,8 +173,8 @@ class ContactTracker {
     known.
   @param[in,out] particles  those of the contacts that `state` knows. */
   void Update(const Eigen::Vector3d& force, const Eigen::Vector3d& velocity,
-              const Eigen::Vector3d& command, const ContactPrior& prior, const ContactParticles& particles,
-              State* state) const noexcept;
+              const Eigen::Vector3d& command, const ContactPrior& prior,
+              const ContactParticles& particles, State* state) const noexcept;
 
   /** rad: the angle within which the true direction lies with 95 %: of the
   normal (one contact) or the free axis (two); pi/2 with none, 0 with three. */

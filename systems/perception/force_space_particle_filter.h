@@ -195,7 +195,8 @@ contact).
 
 With Likelihood::kFrictionCone the particles are those of ContactTracker's
 contacts, whose number is the dimension; of the commands it uses F_f, if that is
-given, and the spaces come from the particles as below. With Likelihood::kPaper one update is
+given, and the spaces come from the particles as below. With Likelihood::kPaper
+one update is
 
     move      rho += N(scatter_mean, scatter_std) for rho != 0     Algorithm 1
     add       along the arc from F_f to F_m, if F_m is likely      Algorithm 1

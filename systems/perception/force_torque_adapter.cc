@@ -7,8 +7,8 @@
 #include <Eigen/Geometry>
 
 #include "dual_proxy/common/low_pass.h"
-#include "dual_proxy/common/validate.h"
 #include "dual_proxy/common/rotation.h"
+#include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
 
@@ -31,10 +31,8 @@ void ForceTorqueAdapterParams::Validate() const {
 ForceTorqueAdapter::ForceTorqueAdapter(const Params& params)
     : params_((params.Validate(), params)),
       gain_(LowPassGain(params.cutoff, params.period)),
-      samples_needed_(
-          std::max<std::int64_t>(2, std::llround(std::min(
-                                        1e9, params.tare_time /
-                                                 params.period)))) {}
+      samples_needed_(std::max<std::int64_t>(
+          2, std::llround(std::min(1e9, params.tare_time / params.period)))) {}
 
 ForceTorqueAdapterState ForceTorqueAdapter::MakeState() const noexcept {
   State state;
@@ -46,9 +44,8 @@ ForceTorqueAdapterState ForceTorqueAdapter::MakeState() const noexcept {
 void ForceTorqueAdapter::NoteMotion(const Vector3d& com,
                                     State* state) const noexcept {
   if (state->com_samples >= 2) {
-    const Vector3d acceleration =
-        (com - 2 * state->com + state->com_before) /
-        (params_.period * params_.period);
+    const Vector3d acceleration = (com - 2 * state->com + state->com_before) /
+                                  (params_.period * params_.period);
     state->inertial_force +=
         gain_ * (params_.tool_mass * acceleration - state->inertial_force);
   }

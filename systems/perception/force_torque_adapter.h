@@ -22,8 +22,8 @@ struct ForceTorqueAdapterParams {
   /** Hz, >= 0: the sensor's own first-order low-pass, 0 for none. What the
   tool's inertia does passes through it, too. */
   double cutoff{0};
-  /** Whether the sensor's bias is learned before anything moves; false: there is
-  none until one is asked for. */
+  /** Whether the sensor's bias is learned before anything moves; false: there
+  is none until one is asked for. */
   bool tare{false};
   /** s, > 0: how long the tool has to be at rest for it. */
   double tare_time{0.5};

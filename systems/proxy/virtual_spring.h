@@ -30,11 +30,11 @@ struct EnumStrings<Handover> {
 struct VirtualSpringParams {
   double stiffness{500.0};  ///< N/m or N m/rad, >= 0.
   double max_force{20.0};   ///< Bound on the norm, N or N m, >= 0; 0 is off.
-  /// m or rad, >= 0: beyond it max_force bounds no more, and F grows on with the
-  /// stiffness; 0 is off. It is what holds a robot that leaves its proxy by its
-  /// own doing.
+  /// m or rad, >= 0: beyond it max_force bounds no more, and F grows on with
+  /// the stiffness; 0 is off. It is what holds a robot that leaves its proxy by
+  /// its own doing.
   double leash{0.0};
-  double rate{50.0};        ///< Bound on its change, N/s or N m/s, > 0.
+  double rate{50.0};  ///< Bound on its change, N/s or N m/s, > 0.
   Handover handover{Handover::kPrinted};
   /// A direction counts as new if the last force space holds nothing within
   /// this angle of it, rad, in (0, pi/2). It tells another surface from one

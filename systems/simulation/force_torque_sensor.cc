@@ -2,8 +2,8 @@
 #include "dual_proxy/simulation/force_torque_sensor.h"
 
 #include "dual_proxy/common/low_pass.h"
-#include "dual_proxy/common/validate.h"
 #include "dual_proxy/common/rotation.h"
+#include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
 

@@ -329,7 +329,8 @@ TEST_F(OperationalSpaceControllerTest, StartsAtGravityAndLimitsTheRateLast) {
 
 // A command that would break a joint's speed or end is cut for that joint, and
 // the others accelerate as they would.
-TEST_F(OperationalSpaceControllerTest, OneJointAtItsLimitLeavesTheOthersTheirs) {
+TEST_F(OperationalSpaceControllerTest,
+       OneJointAtItsLimitLeavesTheOthersTheirs) {
   const OperationalSpaceController free(params_);
   params_.joint_limits.speed(3) = 1;
   params_.joint_limits.speed_margin = 0.1;

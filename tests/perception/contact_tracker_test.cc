@@ -327,9 +327,9 @@ TEST(ContactTrackerTest, LightContactStaysUntilItIsLeft) {
       ForceSpaceParticleFilterState state = dut.MakeState(seed);
       RandomStream random(seed);
       const auto feel = [&](double force, const Vector3d& velocity) {
-        const Vector3d command =
-            pressed * kDown + 3.5 * (pressed - force) * kDown +
-            DrawVector(0.1, &random);
+        const Vector3d command = pressed * kDown +
+                                 3.5 * (pressed - force) * kDown +
+                                 DrawVector(0.1, &random);
         dut.Update(force * kDown + DrawVector(0.07, &random),
                    velocity + DrawVector(0.0005, &random), kZero, command,
                    &state);

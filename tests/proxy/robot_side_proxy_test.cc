@@ -137,8 +137,8 @@ TEST_F(RobotSideProxyTest, HoldsItsPlaceWhileTheSensorIsNotReady) {
   EXPECT_TRUE(state_.output.reference_force.isZero(0.0));
   input_.sensor_ready = true;
   Run(2000, {0.01, 0.0, -0.01});
-  EXPECT_TRUE(state_.output.proxy_pose.p.isApprox(
-      Vector3d(0.525, 0, 0.275), 1e-9));
+  EXPECT_TRUE(
+      state_.output.proxy_pose.p.isApprox(Vector3d(0.525, 0, 0.275), 1e-9));
 }
 
 TEST_F(RobotSideProxyTest, TheProxyWaitsForARobotThatCanNotFollow) {

@@ -65,8 +65,7 @@ TEST_F(ForceTorqueSensorTest, HangingToolReadsZeroInAnyOrientation) {
     const Vector3d zero = Vector3d::Zero();
     ForceTorqueSensorState state = dut.MakeState();
     const Vector6d reaction = Reaction(zero, zero, R_BS, p_SE_B_);
-    const Vector6d wrench =
-        dut.Update(Sample(reaction, R_BS, p_SE_B_), &state);
+    const Vector6d wrench = dut.Update(Sample(reaction, R_BS, p_SE_B_), &state);
     EXPECT_LT(wrench.norm(), 1e-14);
   }
 }
@@ -79,7 +78,8 @@ TEST_F(ForceTorqueSensorTest, PressingDownPointsDown) {
   ForceTorqueSensorState state = dut.MakeState();
   Vector6d reaction = Vector6d::Zero();
   reaction(2) = -8;
-  dut.Update(Sample(reaction, Matrix3d::Identity(), Vector3d(0, 0, -0.1)), &state);
+  dut.Update(Sample(reaction, Matrix3d::Identity(), Vector3d(0, 0, -0.1)),
+             &state);
   EXPECT_EQ(Vector3d(state.adapter.wrench.head<3>()), Vector3d(0, 0, -8));
 }
 
@@ -90,8 +90,7 @@ TEST_F(ForceTorqueSensorTest, GivesTheWrenchAtTheToolPoint) {
   expected << 1, -2, 8, 0.1, 0.2, -0.3;
   const Vector6d reaction =
       Reaction(expected.head<3>(), expected.tail<3>(), R_BS_, p_SE_B_);
-  const Vector6d wrench =
-      dut.Update(Sample(reaction, R_BS_, p_SE_B_), &state);
+  const Vector6d wrench = dut.Update(Sample(reaction, R_BS_, p_SE_B_), &state);
   EXPECT_LT((wrench - expected).norm(), 1e-14);
   EXPECT_EQ(wrench, state.adapter.wrench);
 }
@@ -130,7 +129,8 @@ TEST_F(ForceTorqueSensorTest, LowPassStartsAtTheFirstSampleAndSettles) {
   Vector6d reaction = Vector6d::Zero();
   reaction(0) = 2;
   const auto update = [&] {
-    dut.Update(Sample(reaction, Matrix3d::Identity(), Vector3d::Zero()), &state);
+    dut.Update(Sample(reaction, Matrix3d::Identity(), Vector3d::Zero()),
+               &state);
   };
   update();
   EXPECT_EQ(state.adapter.wrench(0), 2);
@@ -152,7 +152,8 @@ TEST_F(ForceTorqueSensorTest, BadInputHoldsTheOutputAndIsCounted) {
   EXPECT_EQ(dut.Update(Sample(bad, R_BS_, p_SE_B_), &state), before);
   Matrix3d bad_R = R_BS_;
   bad_R(1, 1) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(dut.Update(Sample(Vector6d::Zero(), bad_R, p_SE_B_), &state), before);
+  EXPECT_EQ(dut.Update(Sample(Vector6d::Zero(), bad_R, p_SE_B_), &state),
+            before);
   EXPECT_EQ(state.bad_inputs, 2);
 }
 
