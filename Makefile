@@ -23,7 +23,7 @@ test: build  ## Run every test, C++ and Python
 build: $(READY)  ## Build and install into .venv, with the C++ tests
 	CMAKE_BUILD_PARALLEL_LEVEL=$(JOBS) $(BIN)/pip install --quiet \
 	  --no-build-isolation --no-deps -Cbuild-dir=build \
-	  -Ccmake.define.DUAL_PROXY_BUILD_TESTS=ON .
+	  -Ccmake.define.DUAL_PROXY_BUILD_TESTS=ON $(WARNINGS) .
 
 $(READY): pyproject.toml constraints.txt
 	cmake/install_debian_packages
@@ -33,11 +33,14 @@ $(READY): pyproject.toml constraints.txt
 	$(BIN)/pip install --quiet -c constraints.txt -r $(VENV)/requirements.txt
 	touch $@
 
-lint: build  ## Check formatting, style and types; change nothing
+# From then on warnings are errors in this build folder, for `make test` as well.
+lint: WARNINGS := -Ccmake.define.CMAKE_COMPILE_WARNING_AS_ERROR=ON
+lint: build  ## Check warnings, formatting, style, types and stubs; change nothing
 	$(BIN)/clang-format --dry-run --Werror $(CPP_FILES)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/python cmake/generate_stubs.py --check plugin/dual_proxy/_core.pyi
 
 format: $(READY)  ## Format C++ and Python in place
 	$(BIN)/clang-format -i $(CPP_FILES)

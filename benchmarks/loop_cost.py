@@ -59,7 +59,7 @@ class Plant:
         torques: Any = signal(log, "torque")
         # A row of the log holds the torque of the period that ends with it. It is
         # taken up at that period's begin: the pieces change half a period earlier.
-        self._period = station.scenario.scene.time_step
+        self._period = station.scenario.control_period
         hold = PiecewisePolynomial.ZeroOrderHold(
             self._times - 1.5 * self._period, torques.T
         )

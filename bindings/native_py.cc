@@ -224,17 +224,18 @@ PYBIND11_MODULE(_native, m) {
       "add_CommunicationChannel",
       [](const py::object& builder, const std::string& name,
          const CommunicationChannelParams& params, std::uint64_t seed,
-         double rate, double period, const py::object& message) {
+         double rate, double period, const py::object& message, bool counted) {
         if (py::isinstance<ForceMessage>(message)) {
-          Add<CommunicationChannelSystem<ForceMessage>>(builder, name, params,
-                                                        seed, rate, period);
+          Add<CommunicationChannelSystem<ForceMessage>>(
+              builder, name, params, seed, rate, period, counted);
         } else {
-          Add<CommunicationChannelSystem<PoseMessage>>(builder, name, params,
-                                                       seed, rate, period);
+          Add<CommunicationChannelSystem<PoseMessage>>(
+              builder, name, params, seed, rate, period, counted);
         }
       },
       py::arg("builder"), py::arg("name"), py::arg("params"), py::arg("seed"),
-      py::arg("rate"), py::arg("period"), py::arg("message"));
+      py::arg("rate"), py::arg("period"), py::arg("message"),
+      py::arg("counted"));
   m.def(
       "add_ForceSpaceParticleFilter",
       [](const py::object& builder, const std::string& name,

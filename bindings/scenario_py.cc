@@ -53,8 +53,8 @@ void BindScene(py::module_& m) {
              "approximation; the first two keep Coulomb's law without sap's "
              "gap of friction * time_step * slip; default \"lagged\"")
       .Field("time_step", &P::time_step,
-             "s, step of the plant, and period of both sides' control, in "
-             "[1e-5, 1e-2], default 0.001")
+             "s, step of the plant, in [1e-5, 1e-2], default 0.001; control "
+             "has a period of its own")
       .Field(
           "tool", &P::tool,
           "\"sphere\": a ball around E, or \"flat\": a square pad, E in the "
@@ -157,6 +157,8 @@ void BindScenario(py::module_& m) {
              "+ 2 s, so that a late release is part of it; setting `duration` "
              "by an override turns this off; default true")
       .Field("seed", &S::seed, "of everything random, >= 0, default 0")
+      .Field("control_period", &S::control_period,
+             "s, of both sides' control, in [1e-5, 0.01], default 0.001")
       .Field("scene", &S::scene, "PandaSceneParams")
       .Field("map", &S::map, "WorkspaceMapParams; its p_cw is a copy")
       .Field("link", &S::link, "LinkParams")

@@ -228,7 +228,16 @@ void BindForceTorqueSensor(py::module_& m) {
       .def_property_readonly(
           "adapter", [](const State& self) { return self.adapter; },
           "ForceTorqueAdapterState. A copy.")
-      .def_readonly("bad_inputs", &State::bad_inputs, "Samples refused.");
+      .def_property_readonly(
+          "bad_inputs",
+          [](const State& self) {
+            return self.bad_inputs + self.adapter.bad_inputs;
+          },
+          "Samples refused, by the sensor or by the adapter.")
+      .def_property_readonly(
+          "tares_refused",
+          [](const State& self) { return self.adapter.tares_refused; },
+          "Times at rest that gave no bias.");
   py::class_<ForceTorqueSensor>(
       m, "ForceTorqueSensor",
       "A simulated six-axis force/torque sensor between arm and tool, and the "

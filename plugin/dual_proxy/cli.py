@@ -361,6 +361,14 @@ def _fault(result: Run) -> str:
     """What makes a finished run a failed one; empty if nothing does."""
     if not result.metrics["finite"]:
         return "the log holds values that are not finite"
+    sensor = result.scenario.sensor
+    ready = result.log["sensor_ready"].to_numpy()
+    if result.metrics["sim_s"] > 2.0 * sensor.tare_time and not ready.any():
+        return (
+            "the force sensor's bias was not learned, so the robot held still: at "
+            f"rest it felt more than sensor.tare_max_force ({sensor.tare_max_force:g} "
+            f"N) or more noise than sensor.tare_max_noise ({sensor.tare_max_noise:g} N)"
+        )
     if result.metrics["limits_broken"]:
         broken = describe_broken_limits(result.log, result.scenario)
         return f"limits of the arm were broken: {'; '.join(broken)}"

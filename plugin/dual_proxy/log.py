@@ -28,6 +28,7 @@ __all__ = [
     "SIGNALS",
     "Signal",
     "column_names",
+    "counts",
     "load_log",
     "log_store",
     "make_frame",
@@ -57,6 +58,40 @@ class Signal(NamedTuple):
     """B robot base, D device base; empty if none applies."""
     description: str
     integer: bool = False
+    counter: bool = False
+    """Whether it counts, from 0 at the start, what should not happen."""
+
+
+def _counter(description: str) -> Signal:
+    return Signal(_SCALAR, "", "", f"{description}, so far", True, True)
+
+
+def _link_counters(where: str) -> dict[str, Signal]:
+    return {
+        f"{where}_link_dropped": _counter("messages refused"),
+        f"{where}_link_bad_messages": _counter(
+            "of them, those that were not finite or not valid"
+        ),
+        f"{where}_link_gaps": _counter("sequence numbers skipped"),
+        f"{where}_link_spikes": _counter("messages that came unusually late"),
+        f"{where}_link_losses": _counter("times that the link was lost"),
+    }
+
+
+def _channel_counters(name: str) -> dict[str, Signal]:
+    return {
+        f"{name}_lost": _counter("messages lost on the way"),
+        f"{name}_overflow": _counter("messages pushed out of the full channel"),
+        f"{name}_refused": _counter("messages refused because not finite"),
+    }
+
+
+def _filter_counters(name: str) -> dict[str, Signal]:
+    return {
+        f"{name}_means_bad_inputs": _counter("samples that its means refused"),
+        f"{name}_bad_inputs": _counter("updates refused"),
+        f"{name}_all_weights_zero": _counter("updates in which nothing was likely"),
+    }
 
 
 #: Every signal of a log, by name, in the order of its columns.
@@ -104,12 +139,30 @@ SIGNALS: dict[str, Signal] = {
         _SCALAR, "", "", "at the robot: 0 waiting, 1 connected, 2 lost", True
     ),
     "robot_link_age": Signal(_SCALAR, "s", "", "of the message in use at the robot"),
-    "robot_link_dropped": Signal(_SCALAR, "", "", "messages refused so far", True),
     "haptic_link_status": Signal(
         _SCALAR, "", "", "at the device: 0 waiting, 1 connected, 2 lost", True
     ),
     "haptic_link_age": Signal(_SCALAR, "s", "", "of the message in use at the device"),
-    "haptic_link_dropped": Signal(_SCALAR, "", "", "messages refused so far", True),
+    **_link_counters("robot"),
+    **_link_counters("haptic"),
+    **_channel_counters("to_robot"),
+    **_channel_counters("to_device"),
+    "robot_bad_inputs": _counter("cycles that the proxy or the controller refused"),
+    "robot_limiter_bad_inputs": _counter("targets that the proxy's limiter refused"),
+    "robot_sender_bad_inputs": _counter("samples that the sender of poses refused"),
+    "robot_force_sender_bad_inputs": _counter(
+        "samples that the sender of forces refused"
+    ),
+    "robot_singular": _counter("cycles with a bounded apparent mass"),
+    "torque_limited": _counter("cycles in which a torque was limited"),
+    "torque_rate_limited": _counter("cycles in which a torque's rate was limited"),
+    "joint_limited": _counter("cycles in which a joint was kept from its limits"),
+    "sensor_bad_inputs": _counter("samples that the sensor refused"),
+    "sensor_tares_refused": _counter("times at rest that gave the sensor no bias"),
+    **_filter_counters("filter"),
+    "haptic_bad_inputs": _counter("cycles that the proxy or the controller refused"),
+    "haptic_sender_bad_inputs": _counter("samples that the sender refused"),
+    "device_bad_inputs": _counter("steps with an input that the device refused"),
 }
 
 #: Those that follow in the log of a run with the angular filter.
@@ -127,6 +180,7 @@ ANGULAR_SIGNALS: dict[str, Signal] = {
         _SCALAR, "", "", "of the moment space, by the angular filter", True
     ),
     "moment_selection": Signal(_MATRIX, "", "B", "Omega_tau, row by row"),
+    **_filter_counters("angular_filter"),
 }
 
 _ALL_SIGNALS = SIGNALS | ANGULAR_SIGNALS
@@ -241,6 +295,13 @@ def _owner(array: NDArray[Any]) -> object:
     while isinstance(array, np.ndarray) and array.base is not None:
         array = array.base
     return array
+
+
+def counts(frame: pd.DataFrame) -> dict[str, int]:
+    """Return what a log's counters came to, those that are not zero."""
+    names = [name for name in signals(frame.columns) if _ALL_SIGNALS[name].counter]
+    totals = {name: int(frame[name].iloc[-1]) if len(frame) else 0 for name in names}
+    return {name: total for name, total in totals.items() if total}
 
 
 def save_log(frame: pd.DataFrame, path: str | Path) -> None:

@@ -17,7 +17,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from dual_proxy.log import release, replace_file, signal
+from dual_proxy.log import (
+    ANGULAR_SIGNALS,
+    SIGNALS,
+    counts,
+    release,
+    replace_file,
+    signal,
+)
 from dual_proxy.metrics import (
     ANGULAR_METRICS,
     METRICS,
@@ -155,6 +162,7 @@ def render_report(
             f"<p>A real arm would have stopped.</p><ul>{items}</ul></section>"
         )
     parts.append(_metrics_table(metrics))
+    parts.append(_counters_table(log))
     if len(log) > 1:
         parts += [_section(log, scenario, *entry) for entry in _SECTIONS]
         if "moment_dimension" in log:
@@ -207,6 +215,24 @@ def _format_limit(limit: Limit | None) -> str:
         return ""
     bound = f"&ge; {limit.least:g}" if limit.least > -np.inf else f"&le; {limit.most:g}"
     return f"{bound}{', arm' if limit.of_arm else ''}"
+
+
+def _counters_table(log: pd.DataFrame) -> str:
+    described = SIGNALS | ANGULAR_SIGNALS
+    rows = "".join(
+        f'<tr><td><code>{name}</code></td><td class="number">{total}</td>'
+        f'<td class="note">{html.escape(described[name].description)}</td></tr>'
+        for name, total in counts(log).items()
+    )
+    if not rows:
+        return ""
+    return (
+        "<section><h2>Counters</h2><p>What both sides, the link and the simulated "
+        "hardware counted over the run; those that stayed at zero are left out."
+        '</p><div class="scroll"><table><thead><tr><th>counter</th><th>total</th>'
+        f"<th>what it counts</th></tr></thead><tbody>{rows}</tbody></table></div>"
+        "</section>"
+    )
 
 
 def _section(

@@ -11,7 +11,8 @@ those of the class.
 Some values are needed in several places. Each is written once and copied where
 it is needed; writing a copy is an error that names the original:
 
-- `scene.time_step` is the period of everything that runs at the control rate.
+- `control_period` is the period of everything that runs at the control rate, the
+  log among it; the plant's step, `scene.time_step`, is another matter.
 - `scene.start_position` is `map.p_cw`: the device's home is the robot's start.
 - `map` and the link's monitor belong to both sides.
 - `robot_proxy.stiffness` is what the haptic side matches its own to.

@@ -59,6 +59,18 @@ _FRAMES_PER_SECOND = 30
 # Of the log, when they are moved to where it is kept.
 _ROWS_AT_A_TIME = 1000
 
+# What the ports of counters hold: port -> signals, without the port's name.
+_FILTER_COUNTERS = ("bad_inputs", "all_weights_zero")
+_CHANNEL_COUNTERS = ("lost", "overflow", "refused")
+_COUNTERS = {
+    "sensor": ("bad_inputs", "tares_refused"),
+    "filter": _FILTER_COUNTERS,
+    "angular_filter": _FILTER_COUNTERS,
+    "haptic_link": ("dropped", "bad_messages", "gaps", "spikes", "losses"),
+    "to_robot": _CHANNEL_COUNTERS,
+    "to_device": _CHANNEL_COUNTERS,
+}
+
 
 class ContactTruthSystem(NativeTwin, LeafSystem):
     """The tool's true contacts as a vector: force 3, normal 3, dimension 1; and
@@ -216,7 +228,7 @@ class Station:
             self._builder.Connect(port, everything.get_input_port(index))
         self._everything = everything.get_output_port()
         if logged:
-            self._log_period = self.scenario.scene.time_step
+            self._log_period = self.scenario.control_period
             self._sink = LogVectorOutput(
                 self._everything, self._builder, publish_period=self._log_period
             )
@@ -267,6 +279,7 @@ class Station:
         self._connect(reaction, "reaction", side, "reaction")
         self._robot_side = side
         self._ports["robot"] = side.GetOutputPort("signals")
+        self._ports["sensor"] = side.GetOutputPort("sensor_counters")
         if self._watched:
             truth = self._add(
                 "contact_truth",
@@ -294,6 +307,7 @@ class Station:
             self._connect(particle_filter, "force_selection", side, "force_selection")
             for name in ("dimension", "force_direction"):
                 self._ports[name] = particle_filter.GetOutputPort(name)
+            self._ports["filter"] = particle_filter.GetOutputPort("counters")
             for name in ("dimension", "force_selection"):
                 self._export(particle_filter.GetOutputPort(name), name)
         if scenario.has_angular_filter:
@@ -322,6 +336,7 @@ class Station:
         ):
             self._ports[name] = port
             self._export(port, name)
+        self._ports["angular_filter"] = angular_filter.GetOutputPort("counters")
 
     def _add_device(self) -> None:
         """The device in the operator's hand, and the haptic side."""
@@ -346,6 +361,7 @@ class Station:
                 "haptic_side", HapticSide, params, scenario.device, self._path
             )
             acting = device = side
+            refused = side.GetOutputPort("device_bad_inputs")
         else:
             side = self._add("haptic_side", HapticSide, params)
             device = self._add(
@@ -357,20 +373,23 @@ class Station:
                 "position_force",
                 PositionForceHapticSide,
                 scenario.position_force,
-                scenario.scene.time_step,
+                scenario.control_period,
             )
             self._ports["position_force"] = acting.GetOutputPort("device_wrench")
             self._ports["position_force_link"] = acting.GetOutputPort("link_status")
+            self._ports["haptic_link"] = acting.GetOutputPort("link_counters")
+            refused = device.GetOutputPort("bad_inputs")
             self._connect(acting, "device_wrench", device, "device_wrench")
         self._haptic_side, self._acting_haptic_side = side, acting
         self._ports["device"] = side.GetOutputPort("signals")
+        self._ports["device_bad_inputs"] = refused
         self._export(device.GetOutputPort("device_pose"), "device_pose")
         self._export(acting.GetOutputPort("device_wrench"), "device_wrench")
 
     def _add_link(self) -> None:
         """Both directions of the link: all that the two sides share."""
         link = self.scenario.link
-        step = self.scenario.scene.time_step
+        step = self.scenario.control_period
         to_robot = self._add(
             "to_robot",
             CommunicationChannel,
@@ -378,6 +397,8 @@ class Station:
             self.scenario.calc_seed("to_robot"),
             link.rate,
             step,
+            _core.PoseMessage(),
+            True,
         )
         self._connect(self._haptic_side, "message", to_robot, "message")
         self._connect(to_robot, "message", self._robot_side, "haptic_message")
@@ -390,6 +411,7 @@ class Station:
             link.rate,
             step,
             _core.PoseMessage() if dual_proxy else _core.ForceMessage(),
+            True,
         )
         self._connect(
             self._robot_side,
@@ -403,6 +425,8 @@ class Station:
             self._acting_haptic_side,
             "robot_message" if dual_proxy else "force_message",
         )
+        self._ports["to_robot"] = to_robot.GetOutputPort("counters")
+        self._ports["to_device"] = to_device.GetOutputPort("counters")
 
     def _signals(self, rows: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
         """Returns every signal of the log from rows of the logged ports, with the
@@ -426,17 +450,25 @@ class Station:
             "contact_dimension": truth[:, 6:7],
             "dimension": data.get("dimension", np.zeros((count, 1))),
             "force_direction": data.get("force_direction", np.zeros((count, 3))),
+            "filter_bad_inputs": np.zeros(count),
+            "filter_all_weights_zero": np.zeros(count),
         }
         if "position_force" in data:
             force = data["position_force"][:, :3]
-            status, age, _, dropped = data["position_force_link"][:, :4].T
+            status, age = data["position_force_link"][:, :2].T
             values |= {
                 "haptic_reference_force": force,
                 "device_force": force,
                 "haptic_link_status": status,
                 "haptic_link_age": age,
-                "haptic_link_dropped": dropped,
             }
+        for port, names in _COUNTERS.items():
+            if port in data:
+                values |= {
+                    f"{port}_{name}": data[port][:, index]
+                    for index, name in enumerate(names)
+                }
+        values["device_bad_inputs"] = data["device_bad_inputs"]
         if self.scenario.has_angular_filter:
             values |= {
                 "contact_moment_dimension": truth[:, 7:8],

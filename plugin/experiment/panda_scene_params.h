@@ -101,7 +101,7 @@ struct PandaSceneParams {
   /** Linear dissipation in place of contact_dissipation for sap, s, 0 to 10. */
   double relaxation_time{0.01};
   ContactApproximation contact_approximation{ContactApproximation::kLagged};
-  /** Step of the plant, and period of both sides' control, s, 1e-5 to 1e-2. */
+  /** Step of the plant, s, 1e-5 to 1e-2; control has a period of its own. */
   double time_step{1e-3};
   Tool tool{Tool::kSphere};
   /** Between the corners of a flat tool along its edges, m, 0.005 to 0.2. */

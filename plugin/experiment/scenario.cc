@@ -10,6 +10,7 @@
 
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/validate.h"
+#include "dual_proxy/control/loop_stability.h"
 #include "dual_proxy/experiment/recording.h"
 
 namespace dual_proxy {
@@ -18,6 +19,10 @@ namespace {
 // Share of the device's workspace that an intended path may use.
 constexpr double kReach = 0.95;
 constexpr double kMaxDelay = 10.0;  // s
+// Steps for which the gains are made, of control and of the plant, s.
+constexpr double kUsualStep = 1e-3;
+// How much longer both steps could be.
+constexpr double kStepMargin = 1.2;
 // Standard deviations of the sensor's noise that a filter's threshold is above.
 constexpr double kNoiseMargin = 3.0;
 
@@ -68,6 +73,41 @@ std::string Join(const Parts&... parts) {
   std::ostringstream line;
   (line << ... << parts);
   return line.str();
+}
+
+// Of the contact that a loop is tried on.
+double ContactDamping(const PandaSceneParams& scene) {
+  constexpr double kForce = 5;  // N
+  return scene.contact_approximation == ContactApproximation::kSap
+             ? scene.contact_stiffness * scene.relaxation_time
+             : kForce * scene.contact_dissipation;
+}
+
+// What is not stable with these steps, or nothing.
+std::string FindUnstableLoop(const Scenario& scenario, double control_period,
+                             double time_step) {
+  if (control_period <= kUsualStep && time_step <= kUsualStep) return {};
+  const double period = kStepMargin * control_period;
+  const double step = kStepMargin * time_step;
+  const OperationalSpaceControllerParams& controller = scenario.controller;
+  if (!MotionLoopSettles(controller.position_stiffness,
+                         controller.position_damping, period, step)) {
+    return Join("motion control (controller.position_damping ",
+                controller.position_damping, ") swings");
+  }
+  if (!MotionLoopSettles(controller.rotation_stiffness,
+                         controller.rotation_damping, period, step)) {
+    return Join("motion control (controller.rotation_damping ",
+                controller.rotation_damping, ") swings");
+  }
+  if (scenario.scheme != Scheme::kDualProxy) return {};
+  ForceLoopParams loop = MakeForceLoopParams(controller);
+  loop.period = period;
+  const ContactModel contact{.stiffness = scenario.scene.contact_stiffness,
+                             .damping = ContactDamping(scenario.scene)};
+  if (ForceLoopSettles(loop, contact, step)) return {};
+  return Join("force control (controller.force_gain ", controller.force_gain,
+              ") swings on a contact of ", contact.stiffness, " N/m");
 }
 
 }  // namespace
@@ -124,7 +164,7 @@ void Scenario::Distribute() {
   for (TimeDomainPassivityParams* loop :
        {&controller.force_passivity, &controller.moment_passivity}) {
     loop->enabled = controller.passivity;
-    loop->period = scene.time_step;
+    loop->period = control_period;
   }
   sensor.tool_mass = scene.tool_mass;
   sensor.tool_com = kToolCom;
@@ -133,7 +173,7 @@ void Scenario::Distribute() {
        {&link.sender.period, &robot_proxy.period, &robot_proxy.limiter.period,
         &controller.period, &haptic_proxy.period, &haptic_controller.period,
         &device.period, &sensor.period}) {
-    *period = scene.time_step;
+    *period = control_period;
   }
 }
 
@@ -149,6 +189,8 @@ void Scenario::CheckFields() {
     ThrowUnlessInRange(
         "Scenario", "seed", static_cast<double>(seed), 0,
         static_cast<double>(std::numeric_limits<std::int64_t>::max()));
+    ThrowUnlessInRange("Scenario", "control_period", control_period, 1e-5,
+                       1e-2);
   });
   Checker checker(name);
   VisitFields(&checker, true);
@@ -171,15 +213,15 @@ void Scenario::CheckAcross() const {
         name, ".link.max_age: expected more than the delay and a message ",
         "interval (", delay + interval, " s), got ", link.monitor.max_age));
   }
-  if (filter.period < scene.time_step) {
+  if (filter.period < control_period) {
     throw ScenarioError(
-        Join(name, ".filter.period: expected at least scene.time_step (",
-             scene.time_step, " s), got ", filter.period));
+        Join(name, ".filter.period: expected at least control_period (",
+             control_period, " s), got ", filter.period));
   }
-  if (angular_filter.filter.period < scene.time_step) {
-    throw ScenarioError(Join(
-        name, ".angular_filter.period: expected at least scene.time_step (",
-        scene.time_step, " s), got ", angular_filter.filter.period));
+  if (angular_filter.filter.period < control_period) {
+    throw ScenarioError(
+        Join(name, ".angular_filter.period: expected at least control_period (",
+             control_period, " s), got ", angular_filter.filter.period));
   }
   if (sensor.tare && sensor.force_noise_std >= sensor.tare_max_noise) {
     throw ScenarioError(
@@ -192,7 +234,33 @@ void Scenario::CheckAcross() const {
     CheckAgainstNoise("angular_filter", angular_filter.filter,
                       sensor.moment_noise_std);
   }
+  CheckPeriods();
   if (operator_params.recording.empty()) CheckWaypoints();
+}
+
+void Scenario::CheckPeriods() const {
+  const std::string unstable =
+      FindUnstableLoop(*this, control_period, scene.time_step);
+  if (unstable.empty()) return;
+  constexpr double kSteps[] = {8e-3,   6e-3, 5e-3,   4e-3, 3e-3,
+                               2.5e-3, 2e-3, 1.5e-3, 1e-3};
+  for (const double step : kSteps) {
+    if (step < control_period &&
+        FindUnstableLoop(*this, step, scene.time_step).empty()) {
+      throw ScenarioError(Join(name, ".control_period: expected at most ", step,
+                               " s with scene.time_step ", scene.time_step,
+                               " s, as ", unstable, ", got ", control_period));
+    }
+  }
+  for (const double step : kSteps) {
+    if (step < scene.time_step &&
+        FindUnstableLoop(*this, std::min(control_period, kUsualStep), step)
+            .empty()) {
+      throw ScenarioError(Join(name, ".scene.time_step: expected at most ",
+                               step, " s, as ", unstable, ", got ",
+                               scene.time_step));
+    }
+  }
 }
 
 // A filter whose thresholds lie within the sensor's noise sees contacts in it.

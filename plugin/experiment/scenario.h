@@ -182,11 +182,12 @@ is an error. The sections that belong to an algorithm *are* its `...Params`, so
 their fields, units and ranges are those of the class.
 
 Some values are needed in several places. Each is written once, and
-Distribute() copies it (derived_keys.h has the list). scene.time_step is the
-period of everything that runs at the control rate; scene.start_position is
-map.p_cw, so the device's home is the robot's start; `map` and the link's
-monitor belong to both sides; robot_proxy.stiffness is what the haptic side
-matches its own to.
+Distribute() copies it (derived_keys.h has the list). `control_period` is the
+period of everything that runs at the control rate, the sensor, the device and
+the log among it, and has nothing to do with the plant's step, scene.time_step;
+scene.start_position is map.p_cw, so the device's home is the robot's start;
+`map` and the link's monitor belong to both sides; robot_proxy.stiffness is what
+the haptic side matches its own to.
 
 In order of precedence, later wins: defaults, the YAML file, the presets of
 `scheme` and `law`, the section `overrides`, which has the scenario's own keys
@@ -204,6 +205,11 @@ struct Scenario {
   bool extend_for_delay{true};
   /** Of everything random, >= 0. */
   std::int64_t seed{0};
+  /** Of both sides' control, s, 1e-5 to 0.01. Beyond 1 ms, for which the gains
+  are made, only as long as the law is stable with it: control_period and
+  scene.time_step together may be 20 % longer before a loop does not come to
+  rest (control/loop_stability.h). */
+  double control_period{1e-3};
   PandaSceneParams scene;
   WorkspaceMapParams map;
   LinkParams link;
@@ -302,6 +308,7 @@ struct Scenario {
     a->Visit(MakeNameValue("duration", &duration));
     a->Visit(MakeNameValue("extend_for_delay", &extend_for_delay));
     a->Visit(MakeNameValue("seed", &seed));
+    a->Visit(MakeNameValue("control_period", &control_period));
     a->Visit(MakeNameValue("scene", &scene));
     a->Visit(MakeNameValue("map", &map));
     a->Visit(MakeNameValue("link", &link));
@@ -319,6 +326,7 @@ struct Scenario {
 
   void CheckFields();
   void CheckAcross() const;
+  void CheckPeriods() const;
   void CheckAgainstNoise(const std::string& section,
                          const ForceSpaceParticleFilterParams& params,
                          double noise) const;

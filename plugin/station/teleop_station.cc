@@ -2,6 +2,7 @@
 #include "dual_proxy/station/teleop_station.h"
 
 #include <cmath>
+#include <initializer_list>
 #include <map>
 #include <memory>
 #include <optional>
@@ -43,7 +44,7 @@ class StationBuilder {
             .log = log_,
             .signals = std::move(signals_),
             .num_columns = logged_size_,
-            .log_period = scenario_.scene.time_step,
+            .log_period = scenario_.control_period,
             .path = OperatorPath(path_),
             .scheme = scenario_.scheme};
   }
@@ -69,6 +70,17 @@ class StationBuilder {
 
   void Log(const OutputPort<double>& port, const std::string& name) {
     Log(port, {{.name = name, .start = 0, .size = port.size()}});
+  }
+
+  // Logs a port of scalars.
+  void LogScalars(const OutputPort<double>& port,
+                  std::initializer_list<const char*> names) {
+    std::vector<SignalSlice> layout;
+    for (const char* name : names) {
+      layout.push_back(
+          {.name = name, .start = static_cast<int>(layout.size()), .size = 1});
+    }
+    Log(port, layout);
   }
 
   // The arm in its scene, the wrist sensor, the robot side, the filter.
@@ -108,6 +120,8 @@ class StationBuilder {
     builder_.Connect(reaction->get_reaction_output_port(),
                      side.get_reaction_input_port());
     Log(side.get_signals_output_port(), RobotSide::OutputLayout());
+    LogScalars(side.get_sensor_counters_output_port(),
+               {"sensor_bad_inputs", "sensor_tares_refused"});
     std::vector<SignalSlice> layout{
         {.name = "contact_force", .start = 0, .size = 3},
         {.name = "contact_normal", .start = 3, .size = 3},
@@ -143,6 +157,8 @@ class StationBuilder {
                      side.get_force_selection_input_port());
     Log(filter->get_dimension_output_port(), "dimension");
     Log(filter->get_force_direction_output_port(), "force_direction");
+    LogScalars(filter->get_counters_output_port(),
+               {"filter_bad_inputs", "filter_all_weights_zero"});
     builder_.ExportOutput(filter->get_dimension_output_port(), "dimension");
     builder_.ExportOutput(filter->get_force_selection_output_port(),
                           "force_selection");
@@ -166,6 +182,9 @@ class StationBuilder {
                      side.get_moment_selection_input_port());
     Log(filter->get_dimension_output_port(), "moment_dimension");
     Log(filter->get_force_selection_output_port(), "moment_selection");
+    LogScalars(
+        filter->get_counters_output_port(),
+        {"angular_filter_bad_inputs", "angular_filter_all_weights_zero"});
     builder_.ExportOutput(filter->get_dimension_output_port(),
                           "moment_dimension");
     builder_.ExportOutput(filter->get_force_selection_output_port(),
@@ -192,6 +211,8 @@ class StationBuilder {
       builder_.ExportOutput(haptic_side_->get_device_wrench_output_port(),
                             "device_wrench");
       Log(haptic_side_->get_signals_output_port(), HapticSide::OutputLayout());
+      Log(haptic_side_->get_device_bad_inputs_output_port(),
+          "device_bad_inputs");
     } else {
       AddBaselineDevice(params);
     }
@@ -206,7 +227,7 @@ class StationBuilder {
     builder_.Connect(device->get_device_velocity_output_port(),
                      haptic_side_->get_device_velocity_input_port());
     position_force_ = Add<PositionForceHapticSideSystem>(
-        "position_force", scenario_.position_force, scenario_.scene.time_step);
+        "position_force", scenario_.position_force, scenario_.control_period);
     builder_.Connect(position_force_->get_device_wrench_output_port(),
                      device->get_device_wrench_input_port());
     builder_.ExportOutput(device->get_device_pose_output_port(), "device_pose");
@@ -219,8 +240,12 @@ class StationBuilder {
          {.name = "device_force", .start = 0, .size = 3}});
     Log(position_force_->get_link_status_output_port(),
         {{.name = "haptic_link_status", .start = 0, .size = 1},
-         {.name = "haptic_link_age", .start = 1, .size = 1},
-         {.name = "haptic_link_dropped", .start = 3, .size = 1}});
+         {.name = "haptic_link_age", .start = 1, .size = 1}});
+    LogScalars(
+        position_force_->get_link_counters_output_port(),
+        {"haptic_link_dropped", "haptic_link_bad_messages", "haptic_link_gaps",
+         "haptic_link_spikes", "haptic_link_losses"});
+    Log(device->get_bad_inputs_output_port(), "device_bad_inputs");
     std::vector<SignalSlice> motion;
     for (const SignalSlice& signal : HapticSide::OutputLayout()) {
       if (!IsLogged(signal.name)) motion.push_back(signal);
@@ -240,31 +265,40 @@ class StationBuilder {
     using Poses = CommunicationChannelSystem<PoseMessage>;
     using Forces = CommunicationChannelSystem<ForceMessage>;
     const LinkParams& link = scenario_.link;
-    const double step = scenario_.scene.time_step;
-    auto* to_robot =
-        Add<Poses>("to_robot", link.channel,
-                   scenario_.CalcSeed(Stream::kToRobot), link.rate(), step);
+    const double step = scenario_.control_period;
+    auto* to_robot = Add<Poses>("to_robot", link.channel,
+                                scenario_.CalcSeed(Stream::kToRobot),
+                                link.rate(), step, true);
     builder_.Connect(haptic_side_->get_message_output_port(),
                      to_robot->get_message_input_port());
     builder_.Connect(to_robot->get_message_output_port(),
                      robot_side_->get_haptic_message_input_port());
+    LogScalars(to_robot->get_counters_output_port(),
+               {"to_robot_lost", "to_robot_overflow", "to_robot_refused"});
     if (scenario_.scheme == Scheme::kDualProxy) {
-      auto* to_device =
-          Add<Poses>("to_device", link.channel,
-                     scenario_.CalcSeed(Stream::kToDevice), link.rate(), step);
+      auto* to_device = Add<Poses>("to_device", link.channel,
+                                   scenario_.CalcSeed(Stream::kToDevice),
+                                   link.rate(), step, true);
       builder_.Connect(robot_side_->get_message_output_port(),
                        to_device->get_message_input_port());
       builder_.Connect(to_device->get_message_output_port(),
                        haptic_side_->get_robot_message_input_port());
+      LogToDevice(to_device->get_counters_output_port());
     } else {
-      auto* to_device =
-          Add<Forces>("to_device", link.channel,
-                      scenario_.CalcSeed(Stream::kToDevice), link.rate(), step);
+      auto* to_device = Add<Forces>("to_device", link.channel,
+                                    scenario_.CalcSeed(Stream::kToDevice),
+                                    link.rate(), step, true);
       builder_.Connect(robot_side_->get_force_message_output_port(),
                        to_device->get_message_input_port());
       builder_.Connect(to_device->get_message_output_port(),
                        position_force_->get_force_message_input_port());
+      LogToDevice(to_device->get_counters_output_port());
     }
+  }
+
+  void LogToDevice(const OutputPort<double>& counters) {
+    LogScalars(counters,
+               {"to_device_lost", "to_device_overflow", "to_device_refused"});
   }
 
   // One sink for all that is logged: every event of Drake's has its price.
@@ -277,13 +311,15 @@ class StationBuilder {
       builder_.Connect(*logged_[i], everything->get_input_port(i));
     }
     log_ = LogVectorOutput(everything->get_output_port(0), &builder_,
-                           scenario_.scene.time_step);
+                           scenario_.control_period);
     // What follows from the time alone is added when the log is read.
     AddColumns("hand_position", 3);
     if (scenario_.scheme != Scheme::kDualProxy) {
       // Without a filter there is no estimate, ever.
       AddColumns("dimension", 1);
       AddColumns("force_direction", 3);
+      AddColumns("filter_bad_inputs", 1);
+      AddColumns("filter_all_weights_zero", 1);
     }
   }
 

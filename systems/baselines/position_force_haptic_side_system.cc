@@ -9,7 +9,7 @@ using State = PositionForceHapticSideState;
 
 PositionForceHapticSideSystem::PositionForceHapticSideSystem(
     const PositionForceHapticSideParams& params, double period)
-    : Face(Feedthrough::kYes), side_(params) {
+    : Face(Feedthrough::kNo), side_(params) {
   ThrowUnlessPositive("PositionForceHapticSideSystem", "period", period);
   DeclareValueInput<ForceMessage>("force_message");
   DeclareMemory(side_.MakeState(), period);
@@ -21,6 +21,12 @@ PositionForceHapticSideSystem::PositionForceHapticSideSystem(
                       [](const State& state, Vector status) {
                         status = LinkStatusVector(state.link);
                       });
+  DeclareVectorOutput("link_counters", 5, [](const State& state, Vector count) {
+    const LinkMonitorState& link = state.link;
+    count << static_cast<double>(link.dropped + link.bad_inputs),
+        static_cast<double>(link.bad_inputs), static_cast<double>(link.gaps),
+        static_cast<double>(link.spikes), static_cast<double>(link.losses);
+  });
 }
 
 void PositionForceHapticSideSystem::Step(const Context& context,

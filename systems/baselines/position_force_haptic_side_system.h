@@ -16,6 +16,7 @@ input_ports:
 output_ports:
 - device_wrench
 - link_status
+- link_counters
 @endsystem
 
 Input port:
@@ -25,8 +26,12 @@ Output ports:
 - `device_wrench`, 6: [force; moment], N, N m, in the device's frame D, of the
   device on the hand.
 - `link_status`, kLinkStatusSize: LinkStatusVector().
+- `link_counters`, 5: messages refused so far, those of them that were not
+  finite or not valid, sequence numbers skipped, latency spikes, times lost.
 
-Steps every `period`, with feedthrough. */
+Steps every `period`; the outputs are those of the last step, zero before the
+first, without feedthrough: what it commands acts on the device one step later,
+as with every other scheme. */
 class PositionForceHapticSideSystem final
     : public Face<PositionForceHapticSideState> {
  public:
@@ -43,6 +48,9 @@ class PositionForceHapticSideSystem final
   }
   const OutputPort& get_link_status_output_port() const {
     return get_output_port(1);
+  }
+  const OutputPort& get_link_counters_output_port() const {
+    return get_output_port(2);
   }
 
  private:

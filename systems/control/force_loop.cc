@@ -18,6 +18,7 @@ namespace {
 /** N s/m [N m s/rad] per unit of damping: what brakes at the speed limit, as a
 multiple of the loop's own damping. */
 constexpr double kBraking = 5;
+constexpr double kForesight = 0.01;  // s: of the speed that is limited.
 
 TimeDomainPassivityParams WithPeriod(TimeDomainPassivityParams params,
                                      double period) {
@@ -57,11 +58,13 @@ ForceLoopState ForceLoop::MakeState() const noexcept {
 }
 
 Vector3d ForceLoop::CalcBraking(const Vector3d& force,
-                                const Vector3d& velocity) const noexcept {
+                                const Vector3d& velocity,
+                                const Vector3d& last) const noexcept {
   const double speed = velocity.norm();
-  const double share =
-      std::clamp(2 * speed / params_.speed_limit - 1, 0.0, 1.0);
-  if (share == 0) return Vector3d::Zero();
+  const double gain = std::max(0.0, speed - last.norm()) / params_.period;
+  const double share = std::clamp(
+      2 * (speed + kForesight * gain) / params_.speed_limit - 1, 0.0, 1.0);
+  if (!(share > 0 && speed > 0)) return Vector3d::Zero();
   const double smooth = share * share * (3 - 2 * share);
   const Vector3d direction = velocity / speed;
   const double driving = std::max(0.0, force.dot(direction));
@@ -101,7 +104,8 @@ Vector3d ForceLoop::Update(const Vector3d& reference, const Vector3d& sensed,
   Vector3d feedback =
       -(blended * (params_.gain * error + params_.damping * velocity)) -
       params_.integral_gain * state->integral + state->released;
-  feedback += CalcBraking(reference + feedback, blended * velocity);
+  feedback += CalcBraking(reference + feedback, blended * velocity,
+                          blended * state->passivity.velocity);
   return reference + feedback +
          passivity_.Update(feedback, velocity, blended, &state->passivity);
 }

@@ -15,9 +15,7 @@ struct ForceLoopParams {
   double damping{20};         ///< Kvf, N s/m [N m s/rad], >= 0.
   /** N [N m], >= 0: bound on the norm of the integral's force. */
   double max_integral_force{10};
-  /** m/s [rad/s], > 0: how fast the loop may move the tool. From half of it on
-  the force along the motion fades, and a damping that brakes fades in; at the
-  limit nothing drives the tool on. */
+  /** m/s [rad/s], > 0: how fast the loop may move the tool. */
   double speed_limit{0.1};
   /** Hz, >= 0: cutoff of the low-pass on the sensed force; 0 is off. */
   double filter_cutoff{100};
@@ -57,9 +55,11 @@ struct ForceLoopState {
 - The integral lives in the range of Omega_f: it is projected when Omega_f
   changes, zero when Omega_f is zero, bounded by max_integral_force. What is cut
   off fades out within release_time.
-- The speed limit takes away from F_f along the motion v_f = Omega_b v, and adds
-  -kBraking s v_f, where s goes smoothly from 0 at half the limit to 1. It only
-  ever takes power from the tool.
+- The speed limit takes the share s from what of F_f drives the motion v_f =
+  Omega_b v on, and adds -s 5 Kvf v_f. s goes smoothly from 0 to 1 as the speed
+  that the tool will have in 10 ms goes from half the limit to all of it: what
+  drives the arm can be taken back only so fast (the torque's rate). It only ever
+  takes power from the tool.
 - With F_fb = F_f - F_r the passivity controller sees all of the feedback. It
   starts anew when Omega_f becomes zero.
 
@@ -90,10 +90,11 @@ class ForceLoop {
                          ForceLoopState* state) const noexcept;
 
  private:
-  /** What the speed limit adds to `force` at `velocity`, both in force space.
-   */
+  /** What the speed limit adds to `force` at `velocity`, the one before being
+  `last`, all in force space. */
   Eigen::Vector3d CalcBraking(const Eigen::Vector3d& force,
-                              const Eigen::Vector3d& velocity) const noexcept;
+                              const Eigen::Vector3d& velocity,
+                              const Eigen::Vector3d& last) const noexcept;
 
   ForceLoopParams params_;
   TimeDomainPassivity passivity_;

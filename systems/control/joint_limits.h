@@ -1,23 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "dual_proxy/common/arm_limits.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/model_terms.h"
 
 namespace dual_proxy {
 
-/** Parameters of JointLimits. The defaults are the Panda's (its data sheet). */
+/** Parameters of JointLimits. */
 struct JointLimitsParams {
   /** rad: each joint's ends. */
-  Vector7 lower{(Vector7() << -2.8973, -1.7628, -2.8973, -3.0718, -2.8973,
-                 -0.0175, -2.8973)
-                    .finished()};
-  Vector7 upper{
-      (Vector7() << 2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973)
-          .finished()};
-  /** rad/s, > 0. */
-  Vector7 speed{
-      (Vector7() << 2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61).finished()};
+  Vector7 lower{ArmLimits{}.joint_lower};
+  Vector7 upper{ArmLimits{}.joint_upper};
+  Vector7 speed{ArmLimits{}.joint_speed};  ///< rad/s, > 0.
   double position_margin{0.05};  ///< rad, >= 0: kept free at both ends.
   double speed_margin{0.1};      ///< [0, 1): share of `speed` kept free.
 

@@ -13,8 +13,6 @@ namespace dual_proxy {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-namespace {
-
 ForceLoopParams MakeForceLoopParams(
     const OperationalSpaceControllerParams& params) {
   ForceLoopParams loop{.gain = params.force_gain,
@@ -29,6 +27,8 @@ ForceLoopParams MakeForceLoopParams(
   loop.passivity.enabled = params.passivity;
   return loop;
 }
+
+namespace {
 
 ForceLoopParams MakeMomentLoopParams(
     const OperationalSpaceControllerParams& params) {

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
+#include "dual_proxy/common/arm_limits.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/force_loop.h"
 #include "dual_proxy/control/joint_limits.h"
@@ -81,8 +82,9 @@ struct OperationalSpaceControllerParams {
 
   JointLimitsParams joint_limits{};
   /** N m, > 0: per joint. */
-  Vector7 torque_limit{(Vector7() << 87, 87, 87, 87, 12, 12, 12).finished()};
-  double torque_rate_limit{1000};  ///< N m/s, > 0: per joint (the FCI's).
+  Vector7 torque_limit{ArmLimits{}.torque};
+  /** N m/s, > 0: per joint (the FCI's). */
+  double torque_rate_limit{ArmLimits{}.torque_rate};
   /** [0, 1): share of torque_limit and torque_rate_limit that is kept free. */
   double torque_margin{0.05};
   double period{0.001};  ///< s, > 0: control period.
@@ -128,6 +130,10 @@ struct OperationalSpaceControllerParams {
     a->Visit(MakeNameValue("period", &period));
   }
 };
+
+/** The force loop of a controller with these parameters. */
+ForceLoopParams MakeForceLoopParams(
+    const OperationalSpaceControllerParams& params);
 
 /** Operational-space quantities of one configuration. */
 struct OperationalSpaceInertia {

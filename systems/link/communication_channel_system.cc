@@ -16,7 +16,7 @@ constexpr double kLook = 0.6;
 template <class Message>
 CommunicationChannelSystem<Message>::CommunicationChannelSystem(
     const CommunicationChannelParams& params, std::uint64_t seed, double rate,
-    double period)
+    double period, bool counted)
     : Face<CommunicationChannelState<Message>>(Feedthrough::kNo),
       channel_(params) {
   const char* const who = "CommunicationChannelSystem";
@@ -27,6 +27,15 @@ CommunicationChannelSystem<Message>::CommunicationChannelSystem(
   this->DeclareAbstractOutputPort("message",
                                   &CommunicationChannelSystem::CalcMessage,
                                   {this->result_ticket(), this->time_ticket()});
+  if (!counted) return;
+  using State = CommunicationChannelState<Message>;
+  this->DeclareVectorOutput(
+      "counters", 3,
+      [](const State& state, Eigen::Ref<Eigen::VectorXd> counters) {
+        counters << static_cast<double>(state.lost),
+            static_cast<double>(state.overflow),
+            static_cast<double>(state.refused);
+      });
 }
 
 template <class Message>

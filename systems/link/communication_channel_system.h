@@ -17,12 +17,16 @@ input_ports:
 - message
 output_ports:
 - message
+- counters (only if asked for)
 @endsystem
 
 Input port: `message`, abstract Message: the sender's newest.
 
-Output port: `message`, abstract Message: the newest that has arrived, the empty
-one (sequence -1) before the first arrival.
+Output ports:
+- `message`, abstract Message: the newest that has arrived, the empty one
+  (sequence -1) before the first arrival.
+- `counters`, 3: messages lost on the way, pushed out of the full channel,
+  refused because not finite (only if asked for).
 
 A message that the sender makes in a step at t is there for the receiver's first
 step after t + delay: with the delay a multiple of the control period, always
@@ -44,16 +48,21 @@ class CommunicationChannelSystem final
   @param seed of jitter and loss.
   @param rate Hz, > 0, how often the input is looked at: the sender's rate.
   @param period s, > 0, of the two sides' steps.
+  @param counted whether there is the port `counters`.
   @throws std::invalid_argument if one of them is invalid. */
   explicit CommunicationChannelSystem(
       const CommunicationChannelParams& params = {}, std::uint64_t seed = 0,
-      double rate = 50, double period = 0.001);
+      double rate = 50, double period = 0.001, bool counted = false);
 
   const InputPort& get_message_input_port() const {
     return this->get_input_port(0);
   }
   const OutputPort& get_message_output_port() const {
     return this->get_output_port(0);
+  }
+  /** @throws std::exception unless it was asked for. */
+  const OutputPort& get_counters_output_port() const {
+    return this->GetOutputPort("counters");
   }
 
  private:

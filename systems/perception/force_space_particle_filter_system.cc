@@ -40,6 +40,10 @@ ForceSpaceParticleFilterSystem::ForceSpaceParticleFilterSystem(
                       [](const State& state, Vector confidence) {
                         confidence[0] = state.dimension_confidence;
                       });
+  DeclareVectorOutput("counters", 2, [](const State& state, Vector counters) {
+    counters << static_cast<double>(state.bad_inputs),
+        static_cast<double>(state.all_weights_zero);
+  });
 }
 
 void ForceSpaceParticleFilterSystem::Step(const Context& context,

@@ -25,6 +25,7 @@ output_ports:
 - force_direction
 - direction_uncertainty
 - dimension_confidence
+- counters
 @endsystem
 
 Input ports, vectors in the base frame B:
@@ -43,6 +44,7 @@ Output ports:
 - `direction_uncertainty`, 1, rad: the true direction is within this angle with
   95 %; see ForceSpaceParticleFilterState.
 - `dimension_confidence`, 1: the probability that the dimension is right.
+- `counters`, 2: updates refused (kBadInput), updates with kAllWeightsZero.
 
 Inputs that are not connected are zero. Steps every `params.period`; the outputs
 are those of the last step, dimension 0 before the first, without feedthrough.
@@ -85,6 +87,9 @@ class ForceSpaceParticleFilterSystem final
   }
   const OutputPort& get_dimension_confidence_output_port() const {
     return get_output_port(5);
+  }
+  const OutputPort& get_counters_output_port() const {
+    return get_output_port(6);
   }
 
  private:

@@ -22,8 +22,13 @@ void Visit(const HapticSideOutput& output, SignalSink* sink) {
   sink->Matrix("haptic_force_selection", proxy.force_selection);
   sink->Scalar("haptic_link_status", static_cast<double>(proxy.link_status));
   sink->Scalar("haptic_link_age", proxy.link_age);
-  sink->Scalar("haptic_link_dropped", static_cast<double>(output.link_dropped));
-  sink->Scalar("haptic_bad_inputs", static_cast<double>(output.bad_inputs));
+  sink->Count("haptic_link_dropped", output.link_dropped);
+  sink->Count("haptic_bad_inputs", output.bad_inputs);
+  sink->Count("haptic_link_bad_messages", output.link.bad_inputs);
+  sink->Count("haptic_link_gaps", output.link.gaps);
+  sink->Count("haptic_link_spikes", output.link.spikes);
+  sink->Count("haptic_link_losses", output.link.losses);
+  sink->Count("haptic_sender_bad_inputs", output.sender_bad_inputs);
 }
 
 }  // namespace
@@ -63,19 +68,25 @@ void HapticSide::Update(double time, const HapticSideInput& input,
   output.X_DH = input.X_DH;
   output.device_velocity = input.device_velocity;
 
+  const std::int64_t refused_by_proxy = state->proxy.bad_inputs;
+  const std::int64_t refused_by_controller = state->controller.bad_inputs;
   proxy_.Update(time, {.message = input.message, .X_DH = input.X_DH},
                 &state->proxy);
   output.proxy = state->proxy.output;
-  output.link_dropped =
-      state->proxy.link.dropped + state->proxy.link.bad_inputs;
+  output.link = state->proxy.link;
+  output.link_dropped = output.link.dropped + output.link.bad_inputs;
 
   output.device_wrench = controller_.Update(
       output.proxy.reference_force, output.proxy.reference_moment,
       input.device_velocity, output.proxy.force_selection, &state->controller);
-  output.bad_inputs = state->proxy.bad_inputs + state->controller.bad_inputs;
+  if (state->proxy.bad_inputs != refused_by_proxy ||
+      state->controller.bad_inputs != refused_by_controller) {
+    ++output.bad_inputs;
+  }
 
   output.message = sender_.Update(time, input.X_DH, Eigen::Matrix3d::Zero(),
                                   Eigen::Matrix3d::Zero(), &state->sender);
+  output.sender_bad_inputs = state->sender.bad_inputs;
 }
 
 const std::vector<SignalSlice>& HapticSide::OutputLayout() {

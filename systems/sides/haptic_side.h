@@ -46,9 +46,11 @@ struct HapticSideOutput {
   Eigen::Matrix<double, 6, 1> device_velocity{
       Eigen::Matrix<double, 6, 1>::Zero()};
   std::int64_t link_dropped{0};  ///< Messages refused so far.
-  /** Cycles refused by the proxy or by the controller, so far; a cycle that
-  both refuse counts twice. */
+  /** Cycles that the proxy or the controller refused so far; a cycle that both
+  refuse counts once. */
   std::int64_t bad_inputs{0};
+  std::int64_t sender_bad_inputs{0};  ///< Samples that the sender refused.
+  LinkMonitorState link;              ///< With all that it has counted.
 };
 
 /** Memory of HapticSide. */

@@ -51,6 +51,10 @@ HapticSideSystem::HapticSideSystem(
         "device_pose", [](const Memory& memory) {
           return ToRigidTransform(memory.device.read_pose);
         });
+    DeclareVectorOutput(
+        "device_bad_inputs", 1, [](const Memory& memory, Vector count) {
+          count[0] = static_cast<double>(memory.device.bad_inputs);
+        });
   }
 }
 

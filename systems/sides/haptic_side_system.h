@@ -37,6 +37,7 @@ output_ports:
 - device_wrench
 - message
 - device_pose (only with a simulated device)
+- device_bad_inputs (likewise)
 @endsystem
 
 Input ports, in the device's frame D:
@@ -52,6 +53,8 @@ Output ports:
 - `message`, abstract PoseMessage, to the robot side.
 - `device_pose`, abstract RigidTransformd: as the input of that name (only with
   a simulated device).
+- `device_bad_inputs`, 1: steps with an intention or a wrench that the simulated
+  device refused so far (likewise).
 
 Steps every `params.controller.period`; the outputs are those of the last step,
 zero before the first.
@@ -91,6 +94,10 @@ class HapticSideSystem final : public Face<HapticSideMemory> {
   /** @throws std::exception without a simulated device. */
   const OutputPort& get_device_pose_output_port() const {
     return GetOutputPort("device_pose");
+  }
+  /** @throws std::exception without a simulated device. */
+  const OutputPort& get_device_bad_inputs_output_port() const {
+    return GetOutputPort("device_bad_inputs");
   }
 
  private:

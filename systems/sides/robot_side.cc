@@ -45,6 +45,22 @@ void Visit(const RobotSideOutput& output, SignalSink* sink) {
   sink->Vector("mean_velocity", means.velocity);
   sink->Vector("mean_motion_force", means.motion_force);
   sink->Vector("mean_contact_force", means.contact_force);
+  const RobotSideCounters& counters = output.counters;
+  sink->Count("robot_link_bad_messages", counters.link.bad_inputs);
+  sink->Count("robot_link_gaps", counters.link.gaps);
+  sink->Count("robot_link_spikes", counters.link.spikes);
+  sink->Count("robot_link_losses", counters.link.losses);
+  sink->Count("robot_limiter_bad_inputs", counters.limiter_bad_inputs);
+  sink->Count("robot_singular", counters.singular);
+  sink->Count("torque_limited", counters.torque_limited);
+  sink->Count("torque_rate_limited", counters.torque_rate_limited);
+  sink->Count("joint_limited", counters.joint_limited);
+  sink->Count("robot_sender_bad_inputs", counters.sender_bad_inputs);
+  sink->Count("robot_force_sender_bad_inputs",
+              counters.force_sender_bad_inputs);
+  sink->Count("filter_means_bad_inputs", counters.means_bad_inputs);
+  sink->Count("angular_filter_means_bad_inputs",
+              counters.angular_means_bad_inputs);
 }
 
 RobotSideProxyInput MakeProxyInput(const RobotSideInput& input) {
@@ -122,6 +138,8 @@ void RobotSide::Update(double time, const RobotSideInput& input,
   output.sensed_wrench = input.sensed_wrench;
   output.sensor_ready = input.sensor_ready;
 
+  const std::int64_t refused_by_proxy = state->proxy.bad_inputs;
+  const std::int64_t refused_by_controller = state->controller.bad_inputs;
   proxy_.Update(time, MakeProxyInput(input), &state->proxy);
   output.proxy = state->proxy.output;
   output.link_dropped =
@@ -141,8 +159,10 @@ void RobotSide::Update(double time, const RobotSideInput& input,
                           .moment_selection = input.moment_selection,
                           .sensed_wrench = input.sensed_wrench},
                          &state->controller);
-  const bool valid = state->controller.bad_inputs == output.bad_inputs;
-  output.bad_inputs = state->controller.bad_inputs;
+  const bool valid = state->controller.bad_inputs == refused_by_controller;
+  if (!valid || state->proxy.bad_inputs != refused_by_proxy) {
+    ++output.bad_inputs;
+  }
 
   if (valid) {
     Eigen::Matrix<double, 12, 1> sample;
@@ -172,6 +192,17 @@ void RobotSide::Update(double time, const RobotSideInput& input,
                           input.moment_selection, &state->pose_sender);
   output.force_message = force_sender_.Update(
       time, input.sensed_wrench.head<3>(), &state->force_sender);
+  output.counters = {
+      .link = state->proxy.link,
+      .limiter_bad_inputs = state->proxy.limiter.bad_inputs,
+      .singular = state->controller.singular,
+      .torque_limited = state->controller.torque_limited,
+      .torque_rate_limited = state->controller.rate_limited,
+      .joint_limited = state->controller.joint_limited,
+      .sender_bad_inputs = state->pose_sender.bad_inputs,
+      .force_sender_bad_inputs = state->force_sender.bad_inputs,
+      .means_bad_inputs = state->filter_means.bad_inputs,
+      .angular_means_bad_inputs = state->angular_filter_means.bad_inputs};
 }
 
 const std::vector<SignalSlice>& RobotSide::OutputLayout() {

@@ -67,6 +67,21 @@ struct AngularFilterMeans {
   Eigen::Vector3d contact_moment{Eigen::Vector3d::Zero()};    ///< M_f, N m.
 };
 
+/** What the parts of the robot side have counted so far, beside the cycles that
+were refused. */
+struct RobotSideCounters {
+  LinkMonitorState link;
+  std::int64_t limiter_bad_inputs{0};  ///< Of the proxy's limiter.
+  std::int64_t singular{0};            ///< These four of the controller.
+  std::int64_t torque_limited{0};
+  std::int64_t torque_rate_limited{0};
+  std::int64_t joint_limited{0};
+  std::int64_t sender_bad_inputs{0};        ///< Of the pose sender.
+  std::int64_t force_sender_bad_inputs{0};  ///< Of the baseline's sender.
+  std::int64_t means_bad_inputs{0};         ///< Of the filter's means.
+  std::int64_t angular_means_bad_inputs{0};
+};
+
 /** Results of one cycle, and what of the inputs belongs in a log. */
 struct RobotSideOutput {
   RobotSideProxyOutput proxy;
@@ -86,7 +101,10 @@ struct RobotSideOutput {
   Vector6 sensed_wrench{Vector6::Zero()};
   bool sensor_ready{false};
   std::int64_t link_dropped{0};  ///< Messages refused so far.
-  std::int64_t bad_inputs{0};    ///< Cycles that the controller refused so far.
+  /** Cycles that the proxy or the controller refused so far; a cycle that both
+  refuse counts once. */
+  std::int64_t bad_inputs{0};
+  RobotSideCounters counters;
 };
 
 /** Memory of RobotSide. */

@@ -78,6 +78,13 @@ RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
                         [](const Memory& memory, Vector wrench) {
                           wrench = memory.sensor.adapter.wrench;
                         });
+    DeclareVectorOutput(
+        "sensor_counters", 2, [](const Memory& memory, Vector counters) {
+          const ForceTorqueSensorState& sensor = memory.sensor;
+          counters << static_cast<double>(sensor.bad_inputs +
+                                          sensor.adapter.bad_inputs),
+              static_cast<double>(sensor.adapter.tares_refused);
+        });
   }
   if (params.angular_filter_period > 0) {
     using Means = AngularFilterMeans;

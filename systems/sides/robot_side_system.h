@@ -52,6 +52,7 @@ output_ports:
 - mean_motion_force
 - mean_contact_force
 - sensed_wrench (only with a simulated sensor)
+- sensor_counters (likewise)
 - mean_sensed_moment (only with an angular filter)
 - mean_angular_velocity (likewise)
 - mean_motion_moment (likewise)
@@ -79,6 +80,8 @@ Output ports:
 - `mean_...`, 3 each, N, m/s, N, N: the filter's inputs, means over its current
   period.
 - `sensed_wrench`, 6: as the input of that name (only with a simulated sensor).
+- `sensor_counters`, 2: samples that the sensor refused so far, and times at
+rest that gave no bias (likewise).
 - `mean_sensed_moment`, `mean_angular_velocity`, `mean_motion_moment`,
   `mean_contact_moment`, 3 each, N m, rad/s, N m, N m: the angular filter's
   inputs, likewise (only where `params.angular_filter_period` > 0).
@@ -156,6 +159,10 @@ class RobotSideSystem final : public Face<RobotSideMemory> {
   /** @throws std::exception without a simulated sensor. */
   const OutputPort& get_sensed_wrench_output_port() const {
     return GetOutputPort("sensed_wrench");
+  }
+  /** @throws std::exception without a simulated sensor. */
+  const OutputPort& get_sensor_counters_output_port() const {
+    return GetOutputPort("sensor_counters");
   }
   /** @throws std::exception without an angular filter. */
   const OutputPort& get_mean_sensed_moment_output_port() const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,11 @@ class SignalSink {
   explicit SignalSink(std::vector<SignalSlice>* layout) : layout_(layout) {}
 
   void Scalar(const char* name, double value);
+
+  /** What was counted so far. */
+  void Count(const char* name, std::int64_t value) {
+    Scalar(name, static_cast<double>(value));
+  }
 
   template <typename Derived>
   void Vector(const char* name, const Eigen::MatrixBase<Derived>& value) {

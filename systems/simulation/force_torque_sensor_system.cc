@@ -23,6 +23,11 @@ ForceTorqueSensorSystem::ForceTorqueSensorSystem(
   DeclareVectorOutput("ready", 1, [](const State& state, Vector ready) {
     ready(0) = state.adapter.ready;
   });
+  DeclareVectorOutput("counters", 2, [](const State& state, Vector counters) {
+    counters << static_cast<double>(state.bad_inputs +
+                                    state.adapter.bad_inputs),
+        static_cast<double>(state.adapter.tares_refused);
+  });
 }
 
 void ForceTorqueSensorSystem::Step(const Context& context, State* state) const {

@@ -19,6 +19,7 @@ input_ports:
 output_ports:
 - sensed_wrench
 - ready
+- counters
 @endsystem
 
 Input ports:
@@ -32,9 +33,10 @@ Output ports:
 - `sensed_wrench`, 6: [force; moment] at E, N, N m, in the base frame B, of the
   robot on its environment.
 - `ready`, 1: 1 if the bias is known, else 0.
+- `counters`, 2: samples refused so far, and times at rest that gave no bias.
 
 Steps every `params.period`, for the first time after one period, as a simulated
-plant has no reaction before its first step. The output is that of the last
+plant has no reaction before its first step. The outputs are those of the last
 step, zero before the first, without feedthrough. */
 class ForceTorqueSensorSystem final : public Face<ForceTorqueSensorState> {
  public:
@@ -55,6 +57,9 @@ class ForceTorqueSensorSystem final : public Face<ForceTorqueSensorState> {
     return get_output_port(0);
   }
   const OutputPort& get_ready_output_port() const { return get_output_port(1); }
+  const OutputPort& get_counters_output_port() const {
+    return get_output_port(2);
+  }
 
  private:
   void Step(const Context& context,

@@ -21,6 +21,9 @@ SimulatedHapticDeviceSystem::SimulatedHapticDeviceSystem(
   DeclareVectorOutput(
       "hand_position", 3,
       [](const State& state, Vector position) { position = state.intended.p; });
+  DeclareVectorOutput("bad_inputs", 1, [](const State& state, Vector count) {
+    count[0] = static_cast<double>(state.bad_inputs);
+  });
 }
 
 void SimulatedHapticDeviceSystem::Step(const Context& context,

@@ -18,6 +18,7 @@ output_ports:
 - device_pose
 - device_velocity
 - hand_position
+- bad_inputs
 @endsystem
 
 Everything in the device's frame D.
@@ -29,6 +30,7 @@ Output ports:
 - `device_pose`, abstract RigidTransformd: X_DH, as the driver reads it.
 - `device_velocity`, 6: [linear; angular], m/s, rad/s, as read.
 - `hand_position`, 3, m: where the operator wants the handle.
+- `bad_inputs`, 1: steps with an intention or a wrench that was refused so far.
 
 Steps every `params.period`; the outputs are those of the last step, the device
 at its home before the first, without feedthrough. */
@@ -52,6 +54,9 @@ class SimulatedHapticDeviceSystem final
   }
   const OutputPort& get_hand_position_output_port() const {
     return get_output_port(2);
+  }
+  const OutputPort& get_bad_inputs_output_port() const {
+    return get_output_port(3);
   }
 
  private:

@@ -28,6 +28,7 @@ class ForceLoopTest : public ::testing::Test {
   ForceLoopTest() {
     params_.passivity.enabled = false;
     params_.filter_cutoff = 0;
+    params_.speed_limit = 1e9;
   }
 
   ForceLoopParams params_;
@@ -46,24 +47,28 @@ TEST_F(ForceLoopTest, LawOfEquation13) {
 }
 
 // Against nothing the loop drives the tool to the speed limit at most, however
-// large the force that it wants; and what it takes away is power.
+// large the force that it wants, with a period of delay and a force that changes
+// only so fast, as the arm's.
 TEST_F(ForceLoopTest, SpeedLimitHoldsAToolThatNothingStops) {
-  for (const double mass : {1.0, 4.0}) {
+  params_.speed_limit = 0.1;
+  for (const double mass : {1.0, 4.0, 7.0}) {
     for (const bool passivity : {false, true}) {
       params_.passivity.enabled = passivity;
+      params_.passivity.initial_energy = 0;
       const ForceLoop dut(params_);
       ForceLoopState state = dut.MakeState();
       Vector3d velocity = Vector3d::Zero();
-      Vector3d acting = Vector3d::Zero();  // With a period of delay.
+      Vector3d acting = Vector3d::Zero();
       for (int i = 0; i < 3000; ++i) {
         velocity += 0.001 / mass * acting;
-        ASSERT_LT(velocity.norm(), 1.1 * params_.speed_limit) << i;
+        ASSERT_LT(velocity.norm(), params_.speed_limit) << i;
         // A phantom: the sensor says that the tool pulls.
-        acting = dut.Update(Vector3d(0, 0, 20), Vector3d(0, 0, -30), velocity,
-                            kAlongZ, kAlongZ, &state);
+        const Vector3d wanted =
+            dut.Update(Vector3d(0, 0, 10), Vector3d(0, 0, -30), velocity,
+                       kAlongZ, kAlongZ, &state);
+        acting.z() += std::clamp(wanted.z() - acting.z(), -2.0, 2.0);
       }
-      EXPECT_LT(velocity.norm(), params_.speed_limit);
-      EXPECT_GT(velocity.norm(), 0.5 * params_.speed_limit);
+      EXPECT_GT(velocity.norm(), 0.3 * params_.speed_limit);
     }
   }
 }
@@ -71,7 +76,6 @@ TEST_F(ForceLoopTest, SpeedLimitHoldsAToolThatNothingStops) {
 TEST_F(ForceLoopTest, SpeedLimitOnlyTakesPower) {
   ForceLoopParams slow = params_;
   slow.speed_limit = 0.05;
-  params_.speed_limit = 1e9;
   RandomStream random(5);
   const auto draw = [&random](double size) {
     return Vector3d(size * random.Normal(), size * random.Normal(),
@@ -90,9 +94,6 @@ TEST_F(ForceLoopTest, SpeedLimitOnlyTakesPower) {
         limited.Update(reference, sensed, velocity, all, all, &b) -
         free.Update(reference, sensed, velocity, all, all, &a);
     EXPECT_LE(change.dot(velocity), 1e-12);
-    if (velocity.norm() < 0.5 * slow.speed_limit) {
-      EXPECT_EQ(change, Vector3d::Zero());
-    }
   }
 }
 

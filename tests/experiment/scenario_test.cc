@@ -307,7 +307,7 @@ TEST(ScenarioTest, WhatIsBelowADerivedKeyHasItsSource) {
 
 TEST(ScenarioTest, SharedValuesAreDistributed) {
   Scenario dut = ValidScenario();
-  dut.scene.time_step = 5e-4;
+  dut.control_period = 5e-4;
   dut.scene.start_position << 0.5, 0.01, 0.2;
   dut.scene.tool_mass = 0.3;
   dut.scene.gravity = 9.8;
@@ -404,8 +404,50 @@ TEST(ScenarioTest, FieldsThatContradictEachOtherAreNamed) {
             "tiny.link.max_age: expected more than the delay and a message "
             "interval (0.52 s), got 0.5");
   EXPECT_EQ(ErrorAfter([](S* s) { s->filter.period = 5e-4; }),
-            "tiny.filter.period: expected at least scene.time_step (0.001 s), "
+            "tiny.filter.period: expected at least control_period (0.001 s), "
             "got 0.0005");
+}
+
+TEST(ScenarioTest, PeriodsAtWhichTheLawIsNotStableAreRefused) {
+  const auto error = [](double control_period, double time_step) {
+    return ErrorAfter([=](Scenario* s) {
+      s->control_period = control_period;
+      s->scene.time_step = time_step;
+    });
+  };
+  // What works in Drake (tests/control/loop_stability_test.cc), with a margin.
+  EXPECT_EQ(error(1e-3, 1.0 / 240), "no exception");
+  EXPECT_EQ(error(1e-3, 1e-2), "no exception");
+  EXPECT_EQ(error(1.0 / 240, 1e-3), "no exception");
+  EXPECT_EQ(error(3e-3, 3e-3), "no exception");
+  EXPECT_EQ(error(5e-3, 1e-3),
+            "tiny.control_period: expected at most 0.004 s with "
+            "scene.time_step 0.001 s, as force control (controller.force_gain "
+            "2.5) swings on a contact of 30000 N/m, got 0.005");
+  EXPECT_NE(error(1.0 / 240, 1.0 / 240), "no exception");
+  EXPECT_EQ(error(0.011, 1e-3),
+            "tiny.control_period: expected a number in [1e-05, 0.01], got "
+            "0.011");
+  EXPECT_EQ(ErrorAfter([](Scenario* s) {
+              s->scheme = Scheme::kPositionForce;
+              s->control_period = 8e-3;
+            }),
+            "no exception");
+  EXPECT_EQ(ErrorAfter([](Scenario* s) {
+              s->controller.position_damping = 500;
+              s->control_period = 4e-3;
+            }),
+            "tiny.control_period: expected at most 0.0025 s with "
+            "scene.time_step 0.001 s, as motion control "
+            "(controller.position_damping 500) swings, got 0.004");
+}
+
+TEST(ScenarioTest, TheUsualPeriodIsNeverRefused) {
+  EXPECT_EQ(ErrorAfter([](Scenario* s) {
+              s->scene.contact_stiffness = 1e8;
+              s->controller.force_gain = 100;
+            }),
+            "no exception");
 }
 
 TEST(ScenarioTest, WaypointsAreChecked) {
@@ -480,7 +522,7 @@ TEST(ScenarioTest, TheAngularFilterIsOffAndPartOfTheDualProxy) {
   EXPECT_FALSE(dut.has_angular_filter());
   dut.angular_filter.filter.period = 1e-4;
   EXPECT_EQ(InvalidArgument([&] { dut.Validate(); }),
-            "tiny.angular_filter.period: expected at least scene.time_step "
+            "tiny.angular_filter.period: expected at least control_period "
             "(0.001 s), got 0.0001");
   dut.angular_filter.filter.update_thresholds.force_high = 0.01;
   EXPECT_EQ(

@@ -180,6 +180,21 @@ TEST_F(ForceTorqueAdapterTest, ErrorsNameFieldRangeAndValue) {
               std::string("ForceTorqueAdapterParams: field `") + field +
                   "` expected a finite value > 0, got 0");
   }
+  for (const auto& [field, member] :
+       {std::pair{"tool_mass", &Params::tool_mass},
+        {"gravity", &Params::gravity},
+        {"cutoff", &Params::cutoff}}) {
+    Params params;
+    params.*member = -2;
+    EXPECT_EQ(ValidationError(params),
+              std::string("ForceTorqueAdapterParams: field `") + field +
+                  "` expected a finite value >= 0, got -2");
+  }
+  Params params;
+  params.tool_com.x() = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(ValidationError(params),
+            "ForceTorqueAdapterParams: field `tool_com` expected finite "
+            "values, got [inf, 0, 0]");
 }
 
 }  // namespace

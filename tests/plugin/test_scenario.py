@@ -142,7 +142,7 @@ def test_loading_and_overriding_leave_the_original_alone(plane):
 def test_shared_values_are_written_once(plane):
     dut = plane.with_overrides(
         {
-            "scene.time_step": 5e-4,
+            "control_period": 5e-4,
             "scene.start_position": [0.5, 0.01, 0.48],
             "map.scale": 2.0,
             "link.timeout": 0.25,

@@ -94,6 +94,24 @@ TEST_F(HapticSideTest, NotFiniteGivesNoForceAndIsCounted) {
   EXPECT_EQ(state_.output.bad_inputs, 1);
 }
 
+TEST_F(HapticSideTest, CycleThatBothRefuseCountsOnce) {
+  for (int i = 0; i < 50; ++i) dut_.Update(0.001 * i, Input(i), &state_);
+  HapticSideInput input = Input(50);
+  input.device_velocity(1) = std::numeric_limits<double>::quiet_NaN();
+  input.X_DH.p(0) = std::numeric_limits<double>::quiet_NaN();
+  dut_.Update(0.05, input, &state_);
+  EXPECT_EQ(state_.proxy.bad_inputs, 1);
+  EXPECT_EQ(state_.controller.bad_inputs, 1);
+  EXPECT_EQ(state_.output.bad_inputs, 1);
+  input = Input(51);
+  input.X_DH.p(0) = std::numeric_limits<double>::quiet_NaN();
+  dut_.Update(0.051, input, &state_);
+  EXPECT_EQ(state_.output.bad_inputs, 2);
+  dut_.Update(0.052, Input(52), &state_);
+  EXPECT_EQ(state_.output.bad_inputs, 2);
+  EXPECT_EQ(state_.output.sender_bad_inputs, 2);
+}
+
 TEST_F(HapticSideTest, CopyContinuesAlikeWithoutAllocation) {
   for (int i = 0; i < 50; ++i) dut_.Update(0.001 * i, Input(i), &state_);
   HapticSideState copy = state_;

@@ -167,6 +167,26 @@ TEST_F(RobotSideTest, RefusedCyclesAddNothingToTheMeans) {
   EXPECT_EQ(state_.filter_means.samples, 2);
 }
 
+TEST_F(RobotSideTest, RefusedCyclesCountOnceWhoeverRefuses) {
+  dut_.Update(0, Input(0), &state_);
+  RobotSideInput bad = Input(1);
+  bad.sensed_wrench(2) = std::numeric_limits<double>::quiet_NaN();
+  dut_.Update(0.001, bad, &state_);
+  EXPECT_EQ(state_.proxy.bad_inputs, 1);
+  EXPECT_EQ(state_.controller.bad_inputs, 1);
+  EXPECT_EQ(state_.output.bad_inputs, 1);
+  bad = Input(2);
+  bad.X_BE.R *= 2;  // No matter to the controller.
+  dut_.Update(0.002, bad, &state_);
+  EXPECT_EQ(state_.proxy.bad_inputs, 2);
+  EXPECT_EQ(state_.controller.bad_inputs, 1);
+  EXPECT_EQ(state_.output.bad_inputs, 2);
+  dut_.Update(0.003, Input(3), &state_);
+  EXPECT_EQ(state_.output.bad_inputs, 2);
+  EXPECT_EQ(state_.output.counters.sender_bad_inputs, 1);
+  EXPECT_EQ(state_.output.counters.force_sender_bad_inputs, 1);
+}
+
 // Of moments and rotations, over a period of its own.
 TEST_F(RobotSideTest, MeansOfTheAngularFilter) {
   RobotSideParams params;

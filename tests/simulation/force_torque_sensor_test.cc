@@ -187,10 +187,7 @@ TEST_F(ForceTorqueSensorTest, ErrorsNameFieldRangeAndValue) {
   const std::string who = "ForceTorqueSensorParams: field `";
   for (const auto& [field, member] :
        {std::pair{"force_noise_std", &Params::force_noise_std},
-        {"moment_noise_std", &Params::moment_noise_std},
-        {"cutoff", &Params::cutoff},
-        {"tool_mass", &Params::tool_mass},
-        {"gravity", &Params::gravity}}) {
+        {"moment_noise_std", &Params::moment_noise_std}}) {
     Params params;
     params.*member = -2;
     EXPECT_EQ(ValidationError(params),
@@ -198,13 +195,14 @@ TEST_F(ForceTorqueSensorTest, ErrorsNameFieldRangeAndValue) {
     EXPECT_THROW(ForceTorqueSensor{params}, std::invalid_argument);
   }
   Params params;
-  params.period = 0;
+  params.force_bias.x() = std::numeric_limits<double>::infinity();
   EXPECT_EQ(ValidationError(params),
-            who + "period` expected a finite value > 0, got 0");
+            who + "force_bias` expected finite values, got [inf, 0, 0]");
   params = {};
-  params.tool_com.x() = std::numeric_limits<double>::infinity();
+  params.tare_time = 0;
   EXPECT_EQ(ValidationError(params),
-            who + "tool_com` expected finite values, got [inf, 0, 0]");
+            "ForceTorqueAdapterParams: field `tare_time` expected a finite "
+            "value > 0, got 0");
 }
 
 }  // namespace

@@ -2,9 +2,12 @@
 #include "dual_proxy/station/teleop_station.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <string>
+#include <variant>
 
 #include <drake/common/yaml/yaml_io.h>
 #include <drake/systems/analysis/simulator.h>
@@ -23,6 +26,39 @@ const std::string kFlatTool =
     DUAL_PROXY_SOURCE_DIR "/examples/scenarios/flat_tool.yaml";
 const std::string kEverything =
     DUAL_PROXY_SOURCE_DIR "/tests/data/one_of_everything.yaml";
+
+const char* const kCounters[] = {"robot_link_dropped",
+                                 "robot_link_bad_messages",
+                                 "robot_link_gaps",
+                                 "robot_link_spikes",
+                                 "robot_link_losses",
+                                 "haptic_link_dropped",
+                                 "haptic_link_bad_messages",
+                                 "haptic_link_gaps",
+                                 "haptic_link_spikes",
+                                 "haptic_link_losses",
+                                 "to_robot_lost",
+                                 "to_robot_overflow",
+                                 "to_robot_refused",
+                                 "to_device_lost",
+                                 "to_device_overflow",
+                                 "to_device_refused",
+                                 "robot_bad_inputs",
+                                 "robot_limiter_bad_inputs",
+                                 "robot_sender_bad_inputs",
+                                 "robot_force_sender_bad_inputs",
+                                 "robot_singular",
+                                 "torque_limited",
+                                 "torque_rate_limited",
+                                 "joint_limited",
+                                 "sensor_bad_inputs",
+                                 "sensor_tares_refused",
+                                 "filter_means_bad_inputs",
+                                 "filter_bad_inputs",
+                                 "filter_all_weights_zero",
+                                 "haptic_bad_inputs",
+                                 "haptic_sender_bad_inputs",
+                                 "device_bad_inputs"};
 
 std::string WriteFile(const std::string& text) {
   const std::string path = testing::TempDir() + "/scenario.yaml";
@@ -228,6 +264,47 @@ TEST(TeleopStationTest, BaselineSendsTheSensedForceBack) {
   EXPECT_LT(log.Signal<3>("contact_force")(last, 2), -1);
   EXPECT_GT(log.Signal<3>("device_force")(last, 2), 0.5);
   EXPECT_EQ(log.Signal<1>("haptic_link_status")(last, 0), 1);
+}
+
+TEST(TeleopStationTest, AllCountersAreLogged) {
+  for (const Scheme scheme : {Scheme::kDualProxy, Scheme::kPositionForce}) {
+    Scenario scenario = LoadScenario(kPlane);
+    scenario.scheme = scheme;
+    scenario.ApplyPresets();
+    scenario.link.channel.loss = 0.3;
+    const RunLog log = Bench(scenario).AdvanceTo(1.0);
+    const Eigen::Index last = log.time.size() - 1;
+    for (const char* name : kCounters) {
+      EXPECT_GE(log.Signal<1>(name)(last, 0), 0) << name;
+    }
+    for (const char* name : {"to_robot_lost", "to_device_lost",
+                             "robot_link_gaps", "haptic_link_gaps"}) {
+      EXPECT_GT(log.Signal<1>(name)(last, 0), 5) << name;
+    }
+  }
+}
+
+// A step that has nothing in common with the control period.
+TEST(TeleopStationTest, PlantMayBeSlowerThanControl) {
+  Scenario scenario = LoadScenario(kPlane);
+  scenario.scene.time_step = 1.0 / 240;
+  const RunLog log = Bench(scenario).AdvanceTo(6.0);
+  EXPECT_EQ(log.time.size(), 6000);
+  const Metrics metrics =
+      ComputeMetrics(log, MakeMetricsParams(scenario), std::nullopt);
+  const auto value = [&](const std::string& key) {
+    for (const auto& [name, metric] : metrics) {
+      if (name != key) continue;
+      if (const auto* count = std::get_if<std::int64_t>(&metric)) {
+        return static_cast<double>(*count);
+      }
+      return std::get<double>(metric);
+    }
+    return std::numeric_limits<double>::quiet_NaN();
+  };
+  EXPECT_EQ(value("contact_losses"), 0);
+  EXPECT_LT(value("contact_force_max_N"), 25);
+  EXPECT_GT(value("contact_force_max_N"), 5);
 }
 
 TEST(TeleopStationTest, WhatCannotBeReachedIsAnError) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -59,6 +60,13 @@ void ForEachStep(const std::string& face, double period,
     }
   }
   EXPECT_GE(steps, 25);
+}
+
+// What a port of counters shows.
+VectorXd Counts(std::initializer_list<std::int64_t> counters) {
+  VectorXd result(static_cast<Eigen::Index>(counters.size()));
+  std::copy(counters.begin(), counters.end(), result.begin());
+  return result;
 }
 
 // The face gives the same bits, step by step, as the algorithm alone does for
@@ -130,11 +138,13 @@ TEST(AlgorithmTest, ForceSpaceParticleFilter) {
                          in.at("motion_force"), in.at("contact_force"), &state);
         Vector3d direction = Vector3d::Zero();
         if (state.dimension > 0) direction = state.singular_vectors.col(0);
-        return Concatenate({Flatten(state.force_selection),
-                            VectorXd::Constant(1, state.dimension),
-                            Matrix3Xd(state.particles).reshaped(), direction,
-                            Eigen::Vector2d(state.direction_uncertainty,
-                                            state.dimension_confidence)});
+        return Concatenate(
+            {Flatten(state.force_selection),
+             VectorXd::Constant(1, state.dimension),
+             Matrix3Xd(state.particles).reshaped(), direction,
+             Eigen::Vector2d(state.direction_uncertainty,
+                             state.dimension_confidence),
+             Counts({state.bad_inputs, state.all_weights_zero})});
       },
       params.period);
   EXPECT_EQ(state.dimension, 1);
@@ -207,8 +217,11 @@ TEST(AlgorithmTest, PositionForceHapticSide) {
       "PositionForceHapticSide", [&](double time, const FlatInputs& in) {
         algorithm.Update(time, ForceMessageFromFlat(in.at("force_message")),
                          &state);
-        return Concatenate({state.reference_force, Vector3d::Zero(),
-                            LinkStatusVector(state.link)});
+        const LinkMonitorState& link = state.link;
+        return Concatenate(
+            {state.reference_force, Vector3d::Zero(), LinkStatusVector(link),
+             Counts({link.dropped + link.bad_inputs, link.bad_inputs, link.gaps,
+                     link.spikes, link.losses})});
       });
   EXPECT_GT(state.reference_force.norm(), 0.1);
 }
@@ -261,7 +274,9 @@ TEST(AlgorithmTest, ForceTorqueSensor) {
                            &state);
         }
         return Concatenate({state.adapter.wrench,
-                            Eigen::VectorXd::Constant(1, state.adapter.ready)});
+                            Eigen::VectorXd::Constant(1, state.adapter.ready),
+                            Counts({state.bad_inputs + state.adapter.bad_inputs,
+                                    state.adapter.tares_refused})});
       });
   EXPECT_EQ(state.adapter.tares, 1);
 }
@@ -275,8 +290,8 @@ TEST(AlgorithmTest, SimulatedHapticDevice) {
         const OperatorPathSample sample = path.Calc(time);
         algorithm.Update({.p = sample.position, .R = sample.rotation},
                          sample.velocity, in.at("device_wrench"), &state);
-        return Concatenate(
-            {Flatten(state.read_pose), state.read_velocity, state.intended.p});
+        return Concatenate({Flatten(state.read_pose), state.read_velocity,
+                            state.intended.p, Counts({state.bad_inputs})});
       });
   EXPECT_GT(state.read_pose.p.norm(), 1e-4);
 }
@@ -404,6 +419,7 @@ TEST(WiringTest, SimulatedSensorInFrontOfARobotSide) {
     builder.ExportOutput(side->get_output_port(i));
   }
   builder.ExportOutput(sensor->get_sensed_wrench_output_port());
+  builder.ExportOutput(sensor->get_counters_output_port(), "sensor_counters");
 
   FacePlayer fused("RobotSideWithSensor");
   FacePlayer separate("RobotSideWithSensor", builder.Build());
@@ -426,6 +442,8 @@ TEST(WiringTest, SimulatedDeviceInFrontOfAHapticSide) {
     builder.ExportOutput(side->get_output_port(i));
   }
   builder.ExportOutput(device->get_device_pose_output_port());
+  builder.ExportOutput(device->get_bad_inputs_output_port(),
+                       "device_bad_inputs");
 
   FacePlayer fused("HapticSideWithDevice");
   FacePlayer separate("HapticSideWithDevice", builder.Build());
@@ -546,7 +564,10 @@ TEST(ForceSpaceParticleFilterSystemTest, BadPriorLeavesTheOneBefore) {
       }
       dut.Fix(inputs);
       if (i > 0) dut.StepTo(rows[i].time);
-      EXPECT_TRUE(SameBits(dut.Outputs(), expected[i])) << "row " << i;
+      // But for the counters, the last port.
+      const Eigen::Index size = expected[i].size() - 2;
+      EXPECT_TRUE(SameBits(dut.Outputs().head(size), expected[i].head(size)))
+          << "row " << i;
     }
     const auto& state =
         dut.context().get_abstract_state<ForceSpaceParticleFilterState>(0);

@@ -63,7 +63,7 @@ def test_a_trace_has_something_to_compare(name):
 
 def test_there_is_one_trace_per_face():
     assert {path.stem for path in TRACES.iterdir()} == set(FACES)
-    assert sum(path.stat().st_size for path in TRACES.iterdir()) <= 400_000
+    assert sum(path.stat().st_size for path in TRACES.iterdir()) <= 410_000
 
 
 def test_the_arm_is_current():

@@ -258,7 +258,7 @@ def baseline_data(station):
 @pytest.fixture(scope="module")
 def runs():
     scenario = load_scenario("plane").with_overrides({"link.delay": 0.05})
-    assert scenario.scene.time_step == PERIOD
+    assert scenario.control_period == PERIOD
     station = build_station(scenario)
     station.advance_to(DURATION)
     separate = Separate(scenario)

@@ -76,6 +76,8 @@ class CommunicationChannel(Face):
     - message   # PoseMessage or ForceMessage
     output_ports:
     - message   # of the same type: the newest that has arrived
+    - counters  # 3, messages so far: lost on the way, pushed out of the full
+                # channel, refused because not finite (only if `counted`)
     @endsystem
 
     A message that the sender makes in a step at t is there for the receiver's
@@ -94,6 +96,7 @@ class CommunicationChannel(Face):
     rate : Hz, > 0, how often the input is looked at: the sender's rate.
     period : s, > 0, of the two sides' steps.
     message : PoseMessage() or ForceMessage(), the type that is carried.
+    counted : whether there is the port `counters`.
     """
 
     def __init__(
@@ -103,6 +106,7 @@ class CommunicationChannel(Face):
         rate: float = 50.0,
         period: float = 0.001,
         message: _core.PoseMessage | _core.ForceMessage | None = None,
+        counted: bool = False,
     ) -> None:
         super().__init__(feedthrough=False)
         check_positive("CommunicationChannel", "rate", rate)
@@ -120,6 +124,7 @@ class CommunicationChannel(Face):
             "rate": rate,
             "period": period,
             "message": model,
+            "counted": counted,
         }
         self._message = self._declare_object_input("message", model)
         self._declare_memory(self._channel.make_state(seed), 1.0 / rate, _LOOK * period)
@@ -129,6 +134,12 @@ class CommunicationChannel(Face):
             self._calc_message,
             {*self._prerequisites, self.time_ticket()},
         )
+        if counted:
+            self._declare_vector_output(
+                "counters",
+                3,
+                lambda state: (state.lost, state.overflow, state.refused),
+            )
 
     def _step(self, context: Context, state: Any) -> None:
         self._channel.send(context.get_time(), self._message.Eval(context), state)

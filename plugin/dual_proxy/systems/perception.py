@@ -39,6 +39,7 @@ class ForceSpaceParticleFilter(Face):
     - force_direction   # 3: U1, the main direction; zero at dimension 0
     - direction_uncertainty  # 1, rad: holds the true direction with 95 %
     - dimension_confidence   # 1: probability that the dimension is right
+    - counters          # 2: updates refused, updates in which nothing was likely
     @endsystem
 
     Everything in the base frame B. Steps every `params.period`; the outputs are
@@ -88,6 +89,9 @@ class ForceSpaceParticleFilter(Face):
         )
         self._declare_vector_output(
             "dimension_confidence", 1, lambda state: state.dimension_confidence
+        )
+        self._declare_vector_output(
+            "counters", 2, lambda state: (state.bad_inputs, state.all_weights_zero)
         )
 
     def _step(self, context: Context, state: Any) -> None:

@@ -157,6 +157,11 @@ class HapticSideProxy(Face):
         )
 
 
+def _link_counters(link: Any) -> list[int]:
+    refused = link.dropped + link.bad_inputs
+    return [refused, link.bad_inputs, link.gaps, link.spikes, link.losses]
+
+
 class PositionForceHapticSide(Face):
     """The haptic side of the two-channel baseline: the sensed force, sent back.
 
@@ -167,9 +172,14 @@ class PositionForceHapticSide(Face):
     output_ports:
     - device_wrench     # 6, [force; moment], N, N m, in D, on the hand
     - link_status       # 7, see LINK_STATUS_FIELDS
+    - link_counters     # 5, so far: messages refused, those of them that were not
+                        # finite or not valid, sequence numbers skipped, latency
+                        # spikes, times lost
     @endsystem
 
-    Steps every `period`, with feedthrough.
+    Steps every `period`; the outputs are those of the last step, zero before the
+    first: what it commands acts on the device one step later, as with every
+    other scheme.
 
     Parameters
     ----------
@@ -182,7 +192,7 @@ class PositionForceHapticSide(Face):
         params: _core.PositionForceHapticSideParams | None = None,
         period: float = 0.001,
     ) -> None:
-        super().__init__(feedthrough=True)
+        super().__init__(feedthrough=False)
         check_positive("PositionForceHapticSide", "period", period)
         self._side = _core.PositionForceHapticSide(
             deepcopy(params or _core.PositionForceHapticSideParams())
@@ -199,6 +209,9 @@ class PositionForceHapticSide(Face):
             "link_status",
             len(LINK_STATUS_FIELDS),
             lambda state: link_status(state.link),
+        )
+        self._declare_vector_output(
+            "link_counters", 5, lambda state: _link_counters(state.link)
         )
 
     def _step(self, context: Context, state: Any) -> None:

@@ -73,6 +73,10 @@ class _Side(NativeTwin, LeafSystem):
         acting = self.DeclareDiscreteState(value)
         self._acting_index = int(acting)
         self.DeclareStateOutputPort(name, acting)
+        self._hardware_counts: Any = None
+        if hardware is not None:
+            count = len(self._count_hardware(hardware))
+            self._hardware_counts = self.DeclareDiscreteState(count)
         self.DeclarePeriodicUnrestrictedUpdateEvent(self._period, 0.0, self._advance)
 
     def _states(self, context: Context) -> Any:
@@ -107,6 +111,10 @@ class _Side(NativeTwin, LeafSystem):
         """Advances both states in place; returns what acts on the hardware."""
         raise NotImplementedError
 
+    def _count_hardware(self, hardware: Any) -> list[int]:
+        """Returns what the simulated hardware has counted."""
+        raise NotImplementedError
+
     def _advance(self, context: Context, state: State) -> EventStatus:
         memory = state.get_mutable_abstract_state(self._memory_index)
         side, hardware = memory.get_value().state
@@ -118,6 +126,9 @@ class _Side(NativeTwin, LeafSystem):
         outputs = state.get_mutable_discrete_state()
         outputs.set_value(self._signals_index, side.output.as_vector())
         outputs.set_value(self._acting_index, acts)
+        if hardware is not None:
+            counts = self._count_hardware(hardware)
+            outputs.set_value(int(self._hardware_counts), counts)
         return EventStatus.Succeeded()
 
 
@@ -153,6 +164,8 @@ class RobotSide(_Side):
     - mean_contact_force  # 3, N, likewise
     - sensed_wrench       # 6, as the input of that name (only with a simulated
                           # sensor)
+    - sensor_counters     # 2, so far: samples that the sensor refused, times at
+                          # rest that gave no bias (likewise)
     - mean_sensed_moment    # 3, N m, mean over the angular filter's period (only
                             # with an angular filter)
     - mean_angular_velocity # 3, rad/s (likewise)
@@ -251,6 +264,7 @@ class RobotSide(_Side):
                 ),
                 {self.abstract_state_ticket(self._memory)},
             )
+            self.DeclareStateOutputPort("sensor_counters", self._hardware_counts)
         if self._side.params.angular_filter_period > 0:
             for name in (
                 "sensed_moment",
@@ -259,6 +273,9 @@ class RobotSide(_Side):
                 "contact_moment",
             ):
                 self._declare_angular_mean(name)
+
+    def _count_hardware(self, hardware: Any) -> list[int]:
+        return [hardware.bad_inputs, hardware.tares_refused]
 
     def _declare_angular_mean(self, name: str) -> None:
         def calc(context: Context, output: Output) -> None:
@@ -323,6 +340,8 @@ class HapticSide(_Side):
     - message             # PoseMessage, to the robot side
     - device_pose         # as the input of that name (only with a simulated
                           # device)
+    - device_bad_inputs   # 1, steps with an input that the device refused so far
+                          # (likewise)
     @endsystem
 
     Everything in the device's frame D. Steps every `params.controller.period`;
@@ -382,10 +401,14 @@ class HapticSide(_Side):
                 self._calc_pose,
                 {self.abstract_state_ticket(self._memory)},
             )
+            self.DeclareStateOutputPort("device_bad_inputs", self._hardware_counts)
 
     def _calc_pose(self, context: Context, output: Output) -> None:
         read = self._states(context)[1].read_pose
         output.set_value(rigid_transform(read.p, read.R))
+
+    def _count_hardware(self, hardware: Any) -> list[int]:
+        return [hardware.bad_inputs]
 
     def _step(self, context: Context, side: Any, hardware: Any) -> Vector:
         time = context.get_time()

@@ -35,6 +35,7 @@ class ForceTorqueSensor(Face):
     - sensed_wrench   # 6, [force; moment], N, N m, in B, at E: of the robot on
                       # its environment; zero while the bias is being learned
     - ready           # 1: 1 if the bias is known, else 0
+    - counters        # 2, so far: samples refused, times at rest that gave no bias
     @endsystem
 
     Steps every `params.period`, for the first time after one period, as a
@@ -73,6 +74,9 @@ class ForceTorqueSensor(Face):
         self._declare_memory(self._sensor.make_state(seed), period)
         self._declare_vector_output("sensed_wrench", 6, lambda state: state.wrench)
         self._declare_vector_output("ready", 1, lambda state: [state.ready])
+        self._declare_vector_output(
+            "counters", 2, lambda state: (state.bad_inputs, state.tares_refused)
+        )
 
     def _step(self, context: Context, state: Any) -> None:
         # Not by an event's offset: period + k period is not always the others'
@@ -99,6 +103,7 @@ class SimulatedHapticDevice(Face):
     - device_pose         # RigidTransform X_DH, as the driver reads it
     - device_velocity     # 6, [linear; angular], m/s, rad/s, as read
     - hand_position       # 3, m: where the operator wants the handle
+    - bad_inputs          # 1: steps with an input that was refused so far
     @endsystem
 
     Everything in the device's frame D. Steps every `params.period`; the outputs
@@ -128,6 +133,7 @@ class SimulatedHapticDevice(Face):
             "device_velocity", 6, lambda state: state.read_velocity
         )
         self._declare_vector_output("hand_position", 3, lambda state: state.intended.p)
+        self._declare_vector_output("bad_inputs", 1, lambda state: state.bad_inputs)
 
     def _step(self, context: Context, state: Any) -> None:
         time = context.get_time()

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/control/loop_stability.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dual_proxy {
+
+namespace {
+
+constexpr double kForce = 5;      // N
+constexpr double kDuration = 2;   // s
+constexpr double kSettled = 1;    // s
+constexpr double kNearby = 0.05;  // Share of kForce.
+constexpr double kTooDeep = 0.1;  // Likewise, at the start.
+
+struct Plant {
+  double position{0};
+  double velocity{0};
+  double force{0};
+};
+
+// Runs `control(plant)`, which returns a command, every `period` and
+// `step(command, &plant)`, followed by `watch(time, plant)`, every `time_step`.
+template <typename Control, typename Step, typename Watch>
+void RunLoop(double period, double time_step, double command, Plant plant,
+             const Control& control, const Step& step, const Watch& watch) {
+  constexpr double kSameInstant = 1e-9;
+  for (int controlled = 0, stepped = 0;;) {
+    const double next_control = controlled * period;
+    const double next_step = stepped * time_step;
+    const double time = std::min(next_control, next_step);
+    if (time > kDuration) return;
+    const Plant before = plant;
+    const bool steps = next_step <= time + kSameInstant;
+    if (steps) {
+      step(command, &plant);
+      ++stepped;
+    }
+    if (next_control <= time + kSameInstant) {
+      command = control(before);
+      ++controlled;
+    }
+    if (steps) watch(time, plant);
+  }
+}
+
+}  // namespace
+
+bool ForceLoopSettles(const ForceLoopParams& params,
+                      const ContactModel& contact, double time_step) {
+  using Eigen::Vector3d;
+  const ForceLoop loop(params);
+  ForceLoopState state = loop.MakeState();
+  const Vector3d normal = Vector3d::UnitZ();
+  const Eigen::Matrix3d selection = normal * normal.transpose();
+  double sensed = kForce;
+  const auto control = [&](const Plant& plant) {
+    const Vector3d command =
+        loop.Update(kForce * normal, sensed * normal, plant.velocity * normal,
+                    selection, selection, &state);
+    sensed = plant.force;
+    return command.z();
+  };
+  const auto step = [&](double command, Plant* plant) {
+    const double k = contact.stiffness;
+    const double c = contact.damping;
+    const double h = time_step;
+    const double m = contact.mass;
+    const double x = plant->position;
+    double v =
+        (m * plant->velocity + h * (command - k * x)) / (m + h * c + h * h * k);
+    double force = k * (x + h * v) + c * v;
+    if (force < 0) {  // It has left the surface.
+      v = plant->velocity + h * command / m;
+      force = 0;
+    }
+    *plant = {.position = x + h * v, .velocity = v, .force = force};
+  };
+  bool settled = true;
+  const auto watch = [&](double time, const Plant& plant) {
+    if (time >= kSettled &&
+        !(std::abs(plant.force - kForce) <= kNearby * kForce)) {
+      settled = false;
+    }
+  };
+  const double depth = (1 + kTooDeep) * kForce / contact.stiffness;
+  RunLoop(params.period, time_step, kForce, {.position = depth}, control, step,
+          watch);
+  return settled;
+}
+
+bool MotionLoopSettles(double stiffness, double damping, double period,
+                       double time_step) {
+  const auto control = [&](const Plant& plant) {
+    return -stiffness * plant.position - damping * plant.velocity;
+  };
+  const auto step = [&](double command, Plant* plant) {
+    plant->velocity += time_step * command;
+    plant->position += time_step * plant->velocity;
+  };
+  double first = 0;
+  double last = 0;
+  const auto watch = [&](double time, const Plant& plant) {
+    const double distance = std::abs(plant.position);
+    if (time <= kDuration / 4) first = std::max(first, distance);
+    // std::max() would drop what is not a number.
+    if (time >= kDuration * 3 / 4 && !(distance <= last)) last = distance;
+  };
+  RunLoop(period, time_step, 0, {.position = 1, .velocity = -0.1}, control,
+          step, watch);
+  return last <= first;
+}
+
+}  // namespace dual_proxy

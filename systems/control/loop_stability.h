@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "dual_proxy/control/force_loop.h"
+
+namespace dual_proxy {
+
+/** A contact in one direction of an arm. */
+struct ContactModel {
+  double mass{4.4};       ///< kg: of a Panda's tool point over a table.
+  double stiffness{3e4};  ///< N/m.
+  double damping{50};     ///< N s/m.
+};
+
+/** Tells whether a force loop comes to rest on a contact at its period.
+
+The very ForceLoop, passivity controller and all, holds 5 N on a mass that lies
+on a spring and a damper, and starts 10 % too deep. The loop samples every
+loop.period, the plant steps every `time_step` (implicit Euler); the two need
+have nothing in common. All that is due at an instant acts on what was there
+before it, as in a diagram: a command acts from the plant's next step on, and
+the sensed force, which passes a sensor, is one period old.
+
+It is at rest if the force stays within 5 % from 1 s on.
+@param time_step s, > 0.
+@throws std::invalid_argument if `loop` is not valid. */
+bool ForceLoopSettles(const ForceLoopParams& loop, const ContactModel& contact,
+                      double time_step);
+
+/** The same for motion control of a free unit mass, a = -stiffness x - damping
+v, which starts beside its place: true if it does not swing farther with time.
+@param stiffness 1/s^2. @param damping 1/s. @param period s, > 0.
+@param time_step s, > 0. */
+bool MotionLoopSettles(double stiffness, double damping, double period,
+                       double time_step);
+
+}  // namespace dual_proxy
