@@ -10,11 +10,13 @@ from __future__ import annotations
 import argparse
 import importlib.metadata
 import sys
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
+from dual_proxy.recording import RECORDING_EXAMPLE, RECORDING_FORMAT
 from dual_proxy.run import Run, RunError, run
 from dual_proxy.scenario import SCHEMES, ScenarioError, list_scenarios, load_scenario
 from dual_proxy.settings import parse_yaml
@@ -76,7 +78,10 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     commands.add_parser("list", help="list the scenarios that come with the package")
     command = commands.add_parser(
-        "run", help="run a scenario; save metrics, log, report and replay"
+        "run",
+        help="run a scenario; save metrics, log, report and replay",
+        epilog=_recording_help(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = command.add_argument
     add("scenario", metavar="SCENARIO", help="its name, or the path of a YAML file")
@@ -99,6 +104,17 @@ def _parser() -> argparse.ArgumentParser:
         " may be given many times",
     )
     add("--recording", metavar="CSV", help="human motion that the operator follows")
+    add(
+        "--recording-units",
+        choices=("m", "cm", "mm"),
+        help="of the positions in it (default: m)",
+    )
+    add(
+        "--recording-scale",
+        type=float,
+        metavar="S",
+        help="by which its lengths are multiplied (default: 1)",
+    )
     add("--meshcat", action="store_true", help="show the run in the browser")
     add("--realtime", action="store_true", help="not faster than real time")
     add("--mcap", action="store_true", help="save log.mcap for Foxglove, too")
@@ -110,6 +126,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     _add_bench(commands)
     return parser
+
+
+def _recording_help() -> str:
+    text = textwrap.fill(RECORDING_FORMAT, 79, initial_indent="  ", subsequent_indent="  ")
+    example = textwrap.indent(RECORDING_EXAMPLE, "    ")
+    return f"a recording has\n{text}\n{example}"
 
 
 def _add_bench(commands: Any) -> None:
@@ -157,6 +179,9 @@ def _list() -> int:
 def _run(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario)
     overrides = dict(map(_setting, options.settings))
+    for key in ("recording_units", "recording_scale"):
+        if (value := getattr(options, key)) is not None:
+            overrides[f"operator.{key}"] = value
     if options.out is not None:
         _make_directory(options.out)  # Before the run, not after it.
     show = sys.stderr.isatty()
@@ -182,6 +207,8 @@ def _run(options: argparse.Namespace) -> int:
         failure = "the log holds values that are not finite"
     directory = options.out or Path("out") / _directory_name(result)
     report = result.save(directory, mcap=options.mcap)
+    if result.recording:
+        print(f"recording: {result.recording}")
     _print_metrics(result)
     print(f"\nreport: {report}")
     if failure:

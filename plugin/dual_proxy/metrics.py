@@ -56,7 +56,10 @@ ANGULAR_METRICS: dict[str, Metric] = {
 
 
 def compute_metrics(
-    log: pd.DataFrame, scenario: Scenario, wall_s: float | None = None
+    log: pd.DataFrame,
+    scenario: Scenario,
+    wall_s: float | None = None,
+    recording_scale: float | None = None,
 ) -> dict[str, Any]:
     """Compute every metric of `METRICS`, and with the angular filter of
     `ANGULAR_METRICS`.
@@ -69,6 +72,8 @@ def compute_metrics(
         What was run: its `map`, `link.delay` and `scheme` are used.
     wall_s : float, optional
         How long the run took, s.
+    recording_scale : float, optional
+        `OperatorMotion.scale`, if the operator followed a recording.
 
     Returns
     -------
@@ -81,6 +86,7 @@ def compute_metrics(
             map=scenario.map,
             delay=scenario.link.delay,
             has_filter=scenario.scheme == "dual_proxy",
+            recording_scale=recording_scale,
             wall_s=wall_s,
         )
     )

@@ -33,6 +33,8 @@ class Run:
     """See `dual_proxy.metrics.METRICS`."""
     failure: str = ""
     """Why the run ended early; empty if it did not."""
+    recording: str = ""
+    """`OperatorMotion.note`: what was made of a recording; empty without one."""
 
     def save(self, directory: str | Path, mcap: bool = False) -> Path:
         """Save everything; each file appears whole or not at all.
@@ -68,7 +70,15 @@ class Run:
         if len(self.log):
             links.append("replay.html")
         report = directory / "report.html"
-        write_report(self.log, self.metrics, self.scenario, report, self.failure, links)
+        write_report(
+            self.log,
+            self.metrics,
+            self.scenario,
+            report,
+            self.failure,
+            links,
+            self.recording,
+        )
         if len(self.log):
             self._write_replay(directory / "replay.html")
         return report
@@ -124,7 +134,8 @@ def run(
     seed : int, optional
         Of everything random; equal seeds give equal logs.
     recording : str or Path, optional
-        CSV file of a human motion that the operator follows.
+        CSV file of a human motion that the operator follows, see
+        `dual_proxy.recording`.
     overrides : Mapping[str, Any], optional
         Further values by dotted key, as for `Scenario.with_overrides`; the
         arguments above win.
@@ -154,13 +165,13 @@ def run(
         ("link.delay", delay),
         ("duration", duration),
         ("seed", seed),
-        # Absolute, so that the saved scenario finds it from anywhere.
-        ("operator.recording", recording and str(Path(recording).resolve())),
+        ("operator.recording", None if recording is None else str(recording)),
     ):
         if value is not None:
             changes[key] = value
     scenario = scenario.with_overrides(changes)
     end = scenario.run_duration()
+    motion = scenario.operator_motion()
 
     # pydrake is imported only where something is simulated.
     from dual_proxy.station import build_station
@@ -191,7 +202,10 @@ def run(
         cause = error
     wall_s = clock.monotonic() - began
     log = station.log_frame()
-    result = Run(scenario, log, compute_metrics(log, scenario, wall_s), failure)
+    metrics = compute_metrics(
+        log, scenario, wall_s, motion.scale if motion.note else None
+    )
+    result = Run(scenario, log, metrics, failure, motion.note)
     if cause is not None:
         at = result.metrics["sim_s"]
         raise RunError(f"the run failed after {at:g} s: {failure}", result) from cause

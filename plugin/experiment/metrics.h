@@ -57,6 +57,8 @@ struct MetricsParams {
   /** Whether the scheme has a force-space particle filter, which can be right
   or wrong; the metrics of perception are null without it. */
   bool has_filter{true};
+  /** PlacedRecording::scale, if the operator followed a recording. */
+  std::optional<double> recording_scale{};
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;

@@ -2,6 +2,7 @@
 #include "dual_proxy/station/teleop_station.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -305,6 +306,7 @@ Scenario LoadScenario(const std::string& path) {
   }
   auto& [name, scenario] = *scenarios.begin();
   scenario.name = name;
+  scenario.ResolvePaths(std::filesystem::path(path).parent_path());
   scenario.Validate();
   return std::move(scenario);
 }
@@ -345,9 +347,13 @@ RunLog MakeRunLog(const TeleopStation& station,
 }
 
 MetricsParams MakeMetricsParams(const Scenario& scenario) {
-  return {.map = scenario.map,
-          .delay = scenario.link.delay(),
-          .has_filter = scenario.scheme == Scheme::kDualProxy};
+  MetricsParams params{.map = scenario.map,
+                       .delay = scenario.link.delay(),
+                       .has_filter = scenario.scheme == Scheme::kDualProxy};
+  if (!scenario.operator_params.recording.empty()) {
+    params.recording_scale = scenario.CalcRecordedMotion().scale;
+  }
+  return params;
 }
 
 }  // namespace dual_proxy
