@@ -122,17 +122,18 @@ void BindMetrics(py::module_& m) {
       [](Eigen::VectorXd time, const Signals& signals,
          std::optional<const RunLogStore*> store, const WorkspaceMapParams& map,
          double delay, bool has_filter, double control_period,
-         std::optional<double> wall_s) {
+         std::optional<double> recording_scale, std::optional<double> wall_s) {
         return ComputeMetrics(MakeRunLog(std::move(time), signals, store),
                               {.map = map,
                                .delay = delay,
                                .has_filter = has_filter,
-                               .control_period = control_period},
+                               .control_period = control_period,
+                               .recording_scale = recording_scale},
                               wall_s);
       },
       py::arg("time"), py::arg("signals"), py::arg("store"), py::arg("map"),
       py::arg("delay"), py::arg("has_filter"), py::arg("control_period"),
-      py::arg("wall_s"),
+      py::arg("recording_scale"), py::arg("wall_s"),
       "[(key, value)] of every metric, in order.\n\n"
       "time: (n,), s. signals: [(name, (n,) or (n, size))]. store: what they "
       "are in, or None.");
@@ -228,27 +229,34 @@ void BindRunLogStore(py::module_& m) {
 
 void BindRecording(py::module_& m) {
   m.attr("_RECORDING_MOVE_TIME") = kRecordingMoveTime;
+  m.attr("_RECORDING_FORMAT") = kRecordingFormat;
+  m.attr("_RECORDING_EXAMPLE") = kRecordingExample;
   m.def(
       "_read_recording",
-      [](const std::string& path) {
-        const Recording recording = ReadRecording(path);
+      [](const std::string& path, const py::str& units, double scale) {
+        const Recording recording = ReadRecording(
+            path, EnumFromPython<LengthUnit>(units, "units"), scale);
         return std::make_tuple(recording.times,
                                Rows3(recording.positions.transpose()),
                                RotationArray(recording.rotations));
       },
-      py::arg("path"),
+      py::arg("path"), py::arg("units"), py::arg("scale"),
       "(times (n,), positions (n, 3), rotations (n, 3, 3) or None).");
   m.def(
       "_place_recording",
       [](const Eigen::VectorXd& times, const Rows3& positions,
          const py::object& start, double contact_height, double press_depth,
          const std::function<bool(const Rows3&)>& reachable) {
+        Recording recording;
+        recording.times = times;
+        recording.positions = positions.transpose();
         const OperatorPathParams path =
-            PlaceRecording({times, positions.transpose(), {}},
-                           Vec3(start, "start"), contact_height, press_depth,
+            PlaceRecording(recording, Vec3(start, "start"), contact_height,
+                           press_depth,
                            [&reachable](const Eigen::Matrix3Xd& points) {
                              return reachable(points.transpose());
-                           });
+                           })
+                .path;
         return std::make_tuple(path.times, Rows3(path.points.transpose()));
       },
       py::arg("times"), py::arg("positions"), py::arg("start"),

@@ -322,7 +322,7 @@ void BindLink(py::module_& m) {
       .Field("jitter", &P::jitter,
              "s, >= 0: standard deviation of the normal whose absolute value "
              "is added to the delay, default 0")
-      .Field("loss", &P::loss, "probability of loss, in [0, 1), default 0")
+      .Field("loss", &P::loss, "probability of loss, in [0, 1], default 0")
       .Field("reordering", &P::reordering,
              "whether a message may overtake another, default true");
   BindChannel<PoseMessage>(

@@ -117,8 +117,14 @@ void BindLinkAndOperator(py::module_& m) {
              "of Waypoint: minimum-jerk moves from each to the next; first at "
              "time 0")
       .Field("recording", &O::recording,
-             "CSV file of a human motion, in place of the waypoints; relative "
-             "to the working directory")
+             "CSV file of a human motion, in place of the waypoints (see "
+             "dual_proxy.recording); in a scenario's file relative to that, "
+             "else to the working directory")
+      .Field("recording_units", &O::recording_units,
+             "\"m\", \"cm\" or \"mm\", of the positions in it, default "
+             "\"m\"")
+      .Field("recording_scale", &O::recording_scale,
+             "by which its lengths are multiplied, in (0, 1000], default 1")
       .Field("press_depth", &O::press_depth,
              "m, how far below first touch a recording's contact height goes, "
              "in [0, 0.1], default 0.04");
@@ -197,16 +203,28 @@ void BindScenario(py::module_& m) {
       .def(
           "_calc_operator_path",
           [](const S& self) {
-            const OperatorPathParams path = self.CalcOperatorPath();
+            PlacedRecording motion;
+            if (self.operator_params.recording.empty()) {
+              motion.path = self.CalcOperatorPath();
+            } else {
+              motion = self.CalcRecordedMotion();
+            }
+            const OperatorPathParams& path = motion.path;
             return py::make_tuple(
                 path.times, Eigen::MatrixX3d(path.points.transpose()),
                 path.interpolation == PathInterpolation::kCubic,
-                Eigen::MatrixX3d(path.rotations.transpose()));
+                Eigen::MatrixX3d(path.rotations.transpose()), motion.scale,
+                motion.note);
           },
           "Where the operator means the tool to go: times (n,), s; positions "
           "(n, 3), m, in B;\nwhether it is densely sampled; rotation vectors "
-          "from map.R_cw, (n, 3), rad, in B, or (0, 3)\nfor none. Raises "
+          "from map.R_cw, (n, 3), rad, in B, or (0, 3)\nfor none; of a "
+          "recording, lengths in it per length recorded, else 1, and a line "
+          "about it,\nelse \"\". Raises "
           "ScenarioError if a recording cannot be read.")
+      .def("_resolve_paths", &S::ResolvePaths, py::arg("directory"),
+           "Makes `operator.recording` absolute; a relative one is in "
+           "`directory`.")
       .def(
           "calc_seed",
           [](const S& self, const py::str& stream) {

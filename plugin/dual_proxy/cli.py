@@ -16,6 +16,7 @@ import os
 import re
 import signal
 import sys
+import textwrap
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -27,6 +28,7 @@ from dual_proxy.metrics import (
     describe_broken_limits,
     format_metric,
 )
+from dual_proxy.recording import RECORDING_EXAMPLE, RECORDING_FORMAT
 from dual_proxy.run import Run, RunError, change_scenario, run
 from dual_proxy.run_folder import RunFolder
 from dual_proxy.scenario import (
@@ -213,7 +215,10 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     commands.add_parser("list", help="list the scenarios that come with the package")
     command = commands.add_parser(
-        "run", help="run a scenario; save metrics, log, report and replay"
+        "run",
+        help="run a scenario; save metrics, log, report and replay",
+        epilog=_recording_help(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = command.add_argument
     add("scenario", metavar="SCENARIO", help="its name, or the path of a YAML file")
@@ -236,6 +241,17 @@ def _parser() -> argparse.ArgumentParser:
         " may be given many times",
     )
     add("--recording", metavar="CSV", help="human motion that the operator follows")
+    add(
+        "--recording-units",
+        choices=("m", "cm", "mm"),
+        help="of the positions in it (default: m)",
+    )
+    add(
+        "--recording-scale",
+        type=float,
+        metavar="S",
+        help="by which its lengths are multiplied (default: 1)",
+    )
     add("--meshcat", action="store_true", help="show the run in the browser")
     add("--realtime", action="store_true", help="not faster than real time")
     add("--mcap", action="store_true", help="save log.mcap for Foxglove, too")
@@ -248,6 +264,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     _add_bench(commands)
     return parser
+
+
+def _recording_help() -> str:
+    text = textwrap.fill(RECORDING_FORMAT, 79, initial_indent="  ", subsequent_indent="  ")
+    example = textwrap.indent(RECORDING_EXAMPLE, "    ")
+    return f"a recording has\n{text}\n{example}"
 
 
 def _add_bench(commands: Any) -> None:
@@ -293,6 +315,10 @@ def _list() -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
+    overrides = dict(map(_setting, options.settings))
+    for key in ("recording_units", "recording_scale"):
+        if (value := getattr(options, key)) is not None:
+            overrides[f"operator.{key}"] = value
     scenario = change_scenario(
         options.scenario,
         scheme=options.scheme,
@@ -300,7 +326,7 @@ def _run(options: argparse.Namespace) -> int:
         duration=options.duration,
         seed=options.seed,
         recording=options.recording,
-        overrides=dict(map(_setting, options.settings)),
+        overrides=overrides,
     )
     interrupts = _Interrupts()
     noted = dict.fromkeys(
@@ -309,6 +335,8 @@ def _run(options: argparse.Namespace) -> int:
     with _handling(noted), _open_folder(options.out, scenario) as folder:
         result, failure = _simulate(scenario, options, interrupts)
         failure = failure or _fault(result)
+        if result.recording:
+            print(f"recording: {result.recording}")
         _print_metrics(result)
         not_saved = _save(result, folder, options.mcap)
     if failure or not_saved:

@@ -83,7 +83,10 @@ ANGULAR_METRICS: dict[str, Metric] = {
 
 
 def compute_metrics(
-    log: pd.DataFrame, scenario: Scenario, wall_s: float | None = None
+    log: pd.DataFrame,
+    scenario: Scenario,
+    wall_s: float | None = None,
+    recording_scale: float | None = None,
 ) -> dict[str, Any]:
     """Compute every metric of `METRICS`, and with the angular filter of
     `ANGULAR_METRICS`.
@@ -96,6 +99,8 @@ def compute_metrics(
         What was run: its `map`, `link.delay` and `scheme` are used.
     wall_s : float, optional
         How long the run took, s.
+    recording_scale : float, optional
+        `OperatorMotion.scale`, if the operator followed a recording.
 
     Returns
     -------
@@ -109,6 +114,7 @@ def compute_metrics(
             delay=scenario.link.delay,
             has_filter=scenario.scheme == "dual_proxy",
             control_period=scenario.controller.period,
+            recording_scale=recording_scale,
             wall_s=wall_s,
         )
     )

@@ -100,9 +100,10 @@ def write_report(
     path: str | Path,
     failure: str = "",
     links: Iterable[str] = (),
+    recording: str = "",
 ) -> None:
     """Write `render_report` to a file, whole or not at all."""
-    text = render_report(log, metrics, scenario, failure, links)
+    text = render_report(log, metrics, scenario, failure, links, recording)
     replace_file(path, text.encode())
 
 
@@ -112,6 +113,7 @@ def render_report(
     scenario: Scenario,
     failure: str = "",
     links: Iterable[str] = (),
+    recording: str = "",
 ) -> str:
     """Return the page.
 
@@ -127,6 +129,8 @@ def render_report(
         Why the run stopped early; empty if it did not.
     links : iterable of str
         Files beside the report to link to.
+    recording : str
+        `Run.recording`: what was made of a recording.
     """
     title = f"{scenario.name}: {scenario.scheme}, {scenario.link.delay * 1e3:g} ms"
     facts = [
@@ -148,6 +152,9 @@ def render_report(
         f"<p>{html.escape(scenario.description)}</p>" if scenario.description else "",
         f'<ul class="facts">{chips}</ul>',
     ]
+    if recording:
+        file = html.escape(scenario.operator.recording)
+        parts.append(f"<p>Recording {file}: {html.escape(recording)}.</p>")
     if failure:
         parts.append(
             '<section class="failed"><h2>This run failed</h2>'

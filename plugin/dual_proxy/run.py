@@ -39,6 +39,8 @@ class Run:
     """See `dual_proxy.metrics.METRICS`."""
     failure: str = ""
     """Why the run ended early; empty if it did not."""
+    recording: str = ""
+    """`OperatorMotion.note`: what was made of a recording; empty without one."""
 
     def save(
         self,
@@ -97,8 +99,15 @@ class Run:
             self._write_replay(draft / "replay.html")
             links.append("replay.html")
             release(self.log)
-        report = draft / "report.html"
-        write_report(self.log, self.metrics, self.scenario, report, self.failure, links)
+        write_report(
+            self.log,
+            self.metrics,
+            self.scenario,
+            draft / "report.html",
+            self.failure,
+            links,
+            self.recording,
+        )
 
     def _write_replay(self, path: Path) -> None:
         # Drake's viewer is imported only where something is drawn.
@@ -146,8 +155,7 @@ def change_scenario(
         ("link.delay", delay),
         ("duration", duration),
         ("seed", seed),
-        # Absolute, so that the saved scenario finds it from anywhere.
-        ("operator.recording", recording and str(Path(recording).resolve())),
+        ("operator.recording", None if recording is None else str(recording)),
     ):
         if value is not None:
             changes[key] = value
@@ -182,7 +190,8 @@ def run(
     seed : int, optional
         Of everything random; equal seeds give equal logs.
     recording : str or Path, optional
-        CSV file of a human motion that the operator follows.
+        CSV file of a human motion that the operator follows, see
+        `dual_proxy.recording`.
     overrides : Mapping[str, Any], optional
         Further values by dotted key, as for `Scenario.with_overrides`; the
         arguments above win.
@@ -213,6 +222,7 @@ def run(
         scenario, scheme, delay, duration, seed, recording, overrides
     )
     end = scenario.run_duration()
+    motion = scenario.operator_motion()
 
     # pydrake is imported only where something is simulated.
     from dual_proxy.station import build_station
@@ -245,7 +255,10 @@ def run(
         cause = error
     wall_s = clock.monotonic() - began
     log = station.log_frame()
-    result = Run(scenario, log, compute_metrics(log, scenario, wall_s), failure)
+    metrics = compute_metrics(
+        log, scenario, wall_s, motion.scale if motion.note else None
+    )
+    result = Run(scenario, log, metrics, failure, motion.note)
     release(log)
     if cause is not None:
         at = result.metrics["sim_s"]

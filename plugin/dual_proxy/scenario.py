@@ -70,6 +70,11 @@ class OperatorMotion(NamedTuple):
     rotations: NDArray[np.float64]
     """(n, 3), rad, in B: rotation vectors of the tool from `map.R_cw`; (0, 3) if
     it is not to turn."""
+    scale: float
+    """Lengths in it per length that was recorded; 1 for waypoints."""
+    note: str
+    """One line about the recording: how long, how large, what was scaled, what
+    ignored; empty for waypoints."""
 
 
 class Scenario(_core.Scenario):
@@ -105,8 +110,12 @@ class Scenario(_core.Scenario):
         return twin
 
     @classmethod
-    def from_mapping(cls, name: str, mapping: Any) -> Scenario:
+    def from_mapping(
+        cls, name: str, mapping: Any, directory: str | Path = ""
+    ) -> Scenario:
         """Make a checked scenario from the mapping below the top-level key.
+
+        A path in it is relative to `directory`, by default the working one.
 
         Raises
         ------
@@ -124,11 +133,15 @@ class Scenario(_core.Scenario):
         before = plain._write()
         plain._apply_presets()
         scenario._displaced = _difference(before, plain._write())
+        scenario._resolve_paths(str(directory))
         scenario.validate()
         return scenario
 
     def validate(self) -> None:
         """Copy shared values to where they are needed and check everything.
+
+        A recording's path becomes absolute; a relative one is in the working
+        directory.
 
         Raises
         ------
@@ -213,7 +226,7 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
     if not isinstance(document, Mapping) or len(document) != 1:
         raise ScenarioError(f"{path}: expected one top-level key, the scenario's name")
     ((name, mapping),) = document.items()
-    return Scenario.from_mapping(name, mapping)
+    return Scenario.from_mapping(name, mapping, path.parent)
 
 
 def _scenario_directory() -> Path:

@@ -3,15 +3,13 @@
 
 #include <cstddef>
 #include <cstdio>
-#include <stdexcept>
-#include <utility>
 
 namespace dual_proxy {
 namespace {
 
 constexpr std::size_t kMaxFieldSize = 131072;
 
-/** @throws std::invalid_argument naming what stands at [first, last] in `text`
+/** @throws InvalidCsv naming what stands at [first, last] in `text`
 and why it is no UTF-8. */
 [[noreturn]] void ThrowNotUtf8(std::string_view text, std::size_t first,
                                std::size_t last, const char* reason) {
@@ -26,8 +24,7 @@ and why it is no UTF-8. */
     where = "bytes in position " + std::to_string(first) + "-" +
             std::to_string(last);
   }
-  throw std::invalid_argument("'utf-8' codec can't decode " + where + ": " +
-                              reason);
+  throw InvalidCsv("text that is not UTF-8 (" + where + ": " + reason + ")");
 }
 
 void ThrowUnlessUtf8(std::string_view text) {
@@ -71,38 +68,42 @@ void ThrowUnlessUtf8(std::string_view text) {
 
 }  // namespace
 
-std::vector<std::vector<std::string>> ParseCsv(std::string_view text) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(3);
-  ThrowUnlessUtf8(text);
+CsvReader::CsvReader(std::string_view text) : text_(text) {
+  if (text_.starts_with(kByteOrderMark)) {
+    text_.remove_prefix(kByteOrderMark.size());
+  }
+  ThrowUnlessUtf8(text_);
+}
 
-  std::vector<std::vector<std::string>> rows;
-  std::vector<std::string> row;
-  std::string field;
+bool CsvReader::Next(std::vector<std::string>* row) {
+  if (next_ == text_.size()) {
+    row->clear();
+    return false;
+  }
+  // Fields of the last row keep their memory.
+  std::size_t count = 0;
+  const auto begin_field = [&]() -> std::string* {
+    if (count == row->size()) row->emplace_back();
+    std::string* field = &(*row)[count++];
+    field->clear();
+    return field;
+  };
   enum { kRowStart, kFieldStart, kPlain, kQuoted, kQuoteInQuoted } state{};
-  const auto end_field = [&]() {
-    row.push_back(std::exchange(field, {}));
-    state = kFieldStart;
-  };
-  const auto end_row = [&]() {
-    if (state != kRowStart) end_field();
-    rows.push_back(std::exchange(row, {}));
-    state = kRowStart;
-  };
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
+  std::string* field = begin_field();
+  while (next_ < text_.size()) {
+    const char c = text_[next_++];
     if (state == kQuoted && c == '"') {
       state = kQuoteInQuoted;
       continue;
     }
     if (state != kQuoted) {
       if (c == '\n' || c == '\r') {
-        if (c == '\r' && i + 1 < text.size() && text[i + 1] == '\n') ++i;
-        end_row();
-        continue;
+        if (c == '\r' && text_.substr(next_).starts_with('\n')) ++next_;
+        break;
       }
       if (c == ',') {
-        end_field();
+        field = begin_field();
+        state = kFieldStart;
         continue;
       }
       if (c == '"' && (state == kRowStart || state == kFieldStart)) {
@@ -111,14 +112,14 @@ std::vector<std::vector<std::string>> ParseCsv(std::string_view text) {
       }
       state = state == kQuoteInQuoted && c == '"' ? kQuoted : kPlain;
     }
-    field += c;
-    if (field.size() > kMaxFieldSize) {
-      throw std::invalid_argument("field larger than field limit (" +
-                                  std::to_string(kMaxFieldSize) + ")");
+    *field += c;
+    if (field->size() > kMaxFieldSize) {
+      throw InvalidCsv("a field of more than " + std::to_string(kMaxFieldSize) +
+                       " bytes (a quote that is never closed?)");
     }
   }
-  if (state != kRowStart) end_row();
-  return rows;
+  row->resize(state == kRowStart ? 0 : count);
+  return true;
 }
 
 }  // namespace dual_proxy

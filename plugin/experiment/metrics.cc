@@ -109,6 +109,8 @@ constexpr MetricDescription kMetrics[] = {
      "tool_speed, torque, torque_rate, proxy_distance"},
     {"link_messages_dropped", "",
      "messages refused by both sides: too old or out of order"},
+    {"recording_scale", "",
+     "lengths of the operator's motion per length that was recorded"},
     {"finite", "", "no NaN or infinity anywhere in the log"},
     {"sim_s", "s", "simulated time"},
     {"wall_s", "s", "time it took"},
@@ -584,6 +586,9 @@ Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
                           std::end(kAngularMetrics));
   }
   for (const MetricDescription& metric : metrics_of_run) values[metric.key];
+  if (params.recording_scale) {
+    values.at("recording_scale") = *params.recording_scale;
+  }
   values.at("finite") = log.AllFinite();
   values.at("sim_s") = sim_s;
   if (wall_s) {

@@ -83,6 +83,8 @@ struct MetricsParams {
   ArmLimits arm{};
   /** s, > 0. */
   double control_period{0.001};
+  /** PlacedRecording::scale, if the operator followed a recording. */
+  std::optional<double> recording_scale{};
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;

@@ -8,13 +8,18 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <numbers>
+#include <ranges>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "dual_proxy/common/rotation.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/experiment/csv.h"
 #include "dual_proxy/experiment/number_text.h"
@@ -26,19 +31,38 @@ namespace {
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
-using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Row = std::vector<std::string>;
 
 constexpr Index kMinRows = 10;
-constexpr double kMinLength = 1;     // s
-constexpr double kMaxLength = 3600;  // s
+constexpr double kMinLength = 1;         // s
+constexpr double kMaxLength = 3600;      // s
+constexpr double kMinInterval = 1e-4;    // s, between rows.
+constexpr double kMaxInterval = 0.2;     // s
+constexpr double kMaxGap = 0.5;          // s
+constexpr double kMaxSpeed = 3;          // m/s
+constexpr double kMaxTurnRate = 20;      // rad/s
+constexpr double kMaxAcceleration = 50;  // m/s^2; see CheckMotion.
+constexpr double kMaxSpeedChange = 1;    // m/s
+constexpr double kMaxCoordinate = 1e9;   // m
+constexpr double kMinShrinking = 0.5;
 constexpr double kRotationTolerance = 1e-3;
+constexpr double kQuaternionTolerance = 1e-2;
 constexpr double kContactShare = 0.01;
 /** Samples per second of the moves into and out of a recording. */
 constexpr int kMoveRate = 100;
+constexpr std::size_t kMaxShown = 60;  // Bytes of a line in a message.
 constexpr std::string_view kSpaces = " \t\n\r\f\v";
+
+const Row kNeeded = {"t", "px", "py", "pz"};
+const Row kQuaternion = {"qw", "qx", "qy", "qz"};
+const Row kMatrix = {"R11", "R12", "R13", "R21", "R22",
+                     "R23", "R31", "R32", "R33"};
+
+constexpr const char* kUnitRemedy =
+    "give the unit if it is not m (--recording-units mm; "
+    "operator.recording_units)";
 
 template <typename... Parts>
 [[noreturn]] void Throw(const Parts&... parts) {
@@ -99,15 +123,6 @@ std::string ReadFile(const std::string& path) {
   return text;
 }
 
-std::vector<Row> ReadRows(const std::string& path) {
-  const std::string text = ReadFile(path);
-  try {
-    return ParseCsv(text);
-  } catch (const std::invalid_argument& error) {
-    Throw(path, ": expected a CSV file: ", error.what());
-  }
-}
-
 /** A finite number, or NaN. */
 double ParseNumber(std::string_view text) {
   text = Trim(text);
@@ -119,53 +134,321 @@ double ParseNumber(std::string_view text) {
   return value;
 }
 
-/** One row of `columns` per row of the file below its header. */
-MatrixXd ReadTable(const std::string& path, const std::vector<Row>& rows,
-                   const Row& header, const Row& columns) {
-  std::vector<std::size_t> places;
+/** A number for people: four digits. */
+std::string Rounded(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.4g", value);
+  return text;
+}
+
+std::string Lower(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
+}
+
+std::string Join(const Row& names) {
+  std::string text;
+  for (const std::string& name : names) {
+    text.append(text.empty() ? "" : ", ").append(name);
+  }
+  return text;
+}
+
+bool Contains(const Row& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+bool ContainsAll(const Row& names, const Row& wanted) {
+  return std::ranges::all_of(
+      wanted, [&](const std::string& name) { return Contains(names, name); });
+}
+
+/** Whether a column says by its name that it is part of an orientation. */
+bool LooksLikeOrientation(const std::string& name) {
+  static const Row kNames = {"rx",  "ry",  "rz",  "rw",  "ox",  "oy", "oz",
+                             "ow",  "q_w", "q_x", "q_y", "q_z", "qw", "qx",
+                             "qy",  "qz",  "r11", "r12", "r13", "r21", "r22",
+                             "r23", "r31", "r32", "r33"};
+  const std::string lower = Lower(name);
+  if (Contains(kNames, lower)) return true;
+  for (const char* start :
+       {"roll", "pitch", "yaw", "quat", "euler", "orient", "rot"}) {
+    if (lower.starts_with(start)) return true;
+  }
+  return false;
+}
+
+Row Split(std::string_view text, char separator) {
+  Row parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(separator, begin), text.size());
+    parts.emplace_back(Trim(text.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+/** What is wrong with the text of a file whose first line that is neither blank
+nor a comment is `line`, not a header of a recording. */
+std::string DescribeNoHeader(std::string_view line) {
+  char separator = ',';
+  const char* separated = "";
+  for (const auto& [mark, name] :
+       {std::pair{';', "semicolons"}, {'\t', "tabs"}, {'|', "bars"}}) {
+    if (line.find(mark) == std::string_view::npos) continue;
+    separator = mark;
+    separated = name;
+    break;
+  }
+  if (separator == ',' && line.find(',') == std::string_view::npos &&
+      line.find(' ') != std::string_view::npos) {
+    separator = ' ';
+    separated = "spaces";
+  }
+  std::string found = Quote(line.substr(0, kMaxShown));
+  if (line.size() > kMaxShown) found += "...";
+  if (separator != ',') found.append(", separated by ").append(separated);
+
+  const Row fields = Split(line, separator);
+  const bool numbers = std::ranges::all_of(fields, [](std::string field) {
+    if (field.empty()) return true;
+    std::ranges::replace(field, ',', '.');
+    return std::isfinite(ParseNumber(field));
+  });
+  if (numbers) return found + ", without names";
+  Row lower;
+  for (const std::string& field : fields) lower.push_back(Lower(field));
+  Row missing;
+  bool other_case = false;
+  for (const std::string& name : kNeeded) {
+    if (Contains(fields, name)) continue;
+    missing.push_back(name);
+    other_case = other_case || Contains(lower, name);
+  }
+  if (other_case) return found + ", in upper case";
+  if (!missing.empty()) found.append(", without ").append(Join(missing));
+  return found;
+}
+
+/** The line at the start of `text` that is neither blank nor a comment. */
+std::string_view FirstLine(std::string_view text) {
+  if (text.starts_with(kByteOrderMark)) {
+    text.remove_prefix(kByteOrderMark.size());
+  }
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+    const std::string_view line = Trim(text.substr(0, end));
+    if (!line.empty() && !line.starts_with('#')) return line;
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return {};
+}
+
+[[noreturn]] void ThrowNoRecording(const std::string& path,
+                                   const std::string& found) {
+  Throw(path, ": expected ", kRecordingFormat, "; found ", found);
+}
+
+bool IsBlank(const Row& row) {
+  return std::ranges::all_of(
+      row, [](const std::string& field) { return Trim(field).empty(); });
+}
+
+bool IsComment(const Row& row) {
+  return !row.empty() && Trim(row[0]).starts_with('#');
+}
+
+/** The numbers of some columns, and what else the header names. */
+struct Table {
+  Row header;
+  Row columns;              // Those that are read.
+  std::vector<double> values;  // Row by row.
+
+  auto matrix() const {
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic,
+                                   Eigen::RowMajor>;
+    const auto width = static_cast<Index>(columns.size());
+    return Eigen::Map<const RowMajor>(
+        values.data(), static_cast<Index>(values.size()) / width, width);
+  }
+};
+
+/** Reads up to the header, which may be a comment. */
+Row ReadHeader(const std::string& path, std::string_view text,
+               CsvReader* reader) {
+  Row row;
+  while (reader->Next(&row)) {
+    if (IsBlank(row)) continue;
+    const bool comment = IsComment(row);
+    Row header;
+    for (const std::string& name : row) header.emplace_back(Trim(name));
+    if (comment) header[0] = Trim(std::string_view(header[0]).substr(1));
+    while (!header.empty() && header.back().empty()) header.pop_back();
+    if (ContainsAll(header, kNeeded)) return header;
+    if (!comment) ThrowNoRecording(path, DescribeNoHeader(FirstLine(text)));
+  }
+  ThrowNoRecording(path, FirstLine(text).empty() ? "no line in the file"
+                                                 : "no line of names");
+}
+
+Row ChooseColumns(const std::string& path, const Row& header) {
+  Row columns = kNeeded;
+  for (const Row* orientation : {&kQuaternion, &kMatrix}) {
+    if (!ContainsAll(header, *orientation)) continue;
+    columns.insert(columns.end(), orientation->begin(), orientation->end());
+    break;
+  }
   for (const std::string& name : columns) {
-    places.push_back(std::find(header.begin(), header.end(), name) -
-                     header.begin());
+    if (std::ranges::count(header, name) > 1) {
+      ThrowNoRecording(path, Quote(name) + " more than once");
+    }
   }
-  MatrixXd table(rows.size(), columns.size());
+  return columns;
+}
+
+Table ReadTable(const std::string& path, std::string_view text) {
+  CsvReader reader(text);
+  Table table;
+  table.header = ReadHeader(path, text, &reader);
+  const Row& header = table.header;
+  table.columns = ChooseColumns(path, header);
+  std::vector<std::size_t> places;
+  for (const std::string& name : table.columns) {
+    places.push_back(std::ranges::find(header, name) - header.begin());
+  }
   Index number = 0;
-  for (std::size_t i = 1; i < rows.size(); ++i) {
-    const Row& row = rows[i];
-    if (row.empty()) continue;
+  Row row;
+  while (reader.Next(&row)) {
+    if (IsBlank(row) || IsComment(row)) continue;
     ++number;
-    if (row.size() != header.size()) {
-      Throw(path, ", row ", number, ": expected ", header.size(),
-            " values, got ", row.size());
+    while (row.size() > header.size() && Trim(row.back()).empty()) {
+      row.pop_back();
     }
-    for (std::size_t k = 0; k < columns.size(); ++k) {
-      const std::string& text = row[places[k]];
-      const double value = ParseNumber(text);
+    if (row.size() < header.size()) {
+      Throw(path, ", row ", number, ": expected ", header.size(),
+            " values, got ", row.size(), ", none for column ",
+            Quote(header[row.size()]));
+    }
+    if (row.size() > header.size()) {
+      Throw(path, ", row ", number, ": expected ", header.size(),
+            " values, got ", row.size(), ", ", Quote(row[header.size()]),
+            " beyond column ", Quote(header.back()),
+            row.size() == 2 * header.size() ? " (decimal commas?)" : "");
+    }
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const std::string& field = row[places[k]];
+      const double value = ParseNumber(field);
       if (!std::isfinite(value)) {
-        Throw(path, ", row ", number, ", column ", Quote(columns[k]),
-              ": expected a finite number, got ", Quote(text));
+        Throw(path, ", row ", number, ", column ", Quote(table.columns[k]),
+              ": expected a finite number, got ",
+              Quote(std::string_view(field).substr(0, kMaxShown)));
       }
-      table(number - 1, static_cast<Index>(k)) = value;
+      table.values.push_back(value);
     }
   }
-  return table.topRows(number);
+  return table;
+}
+
+Table ReadTable(const std::string& path) {
+  const std::string text = ReadFile(path);
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+    ThrowNoRecording(path, "UTF-16 text; save it as CSV in UTF-8");
+  }
+  if (text.find('\0') != std::string::npos) {
+    ThrowNoRecording(path, "a binary file");
+  }
+  try {
+    return ReadTable(path, text);
+  } catch (const InvalidCsv& error) {
+    ThrowNoRecording(path, error.what());
+  }
+}
+
+/** What a row does wrong, and what helps. */
+template <typename... Parts>
+[[noreturn]] void ThrowAtRow(const std::string& path, Index row,
+                             const Parts&... parts) {
+  Throw(path, ", row ", row + 1, parts...);
 }
 
 void CheckTimes(const std::string& path, const VectorXd& times) {
   const Index n = times.size();
   const double length = n > 0 ? times(n - 1) - times(0) : 0;
-  if (n < kMinRows || length < kMinLength) {
+  const auto throw_too_short = [&] {
     Throw(path, ": too short, expected at least ", kMinRows, " rows and ",
-          kMinLength, " s, got ", n, " rows and ", length, " s");
+          kMinLength, " s, got ", n, " rows and ", Rounded(length), " s");
+  };
+  if (n < kMinRows) throw_too_short();
+  const VectorXd intervals = times.tail(n - 1) - times.head(n - 1);
+  for (Index i = 1; i < n; ++i) {
+    if (intervals(i - 1) > 0) continue;
+    ThrowAtRow(path, i, ", column 't': expected a time after ",
+               NumberText(times(i - 1)), " s, got ", NumberText(times(i)),
+               " s: remove rows that are there twice, sort the rest");
   }
+  const double interval = CalcQuantile(intervals, 0.5);
+  if (interval < kMinInterval || interval > kMaxInterval) {
+    Throw(path, ", row 2, column 't': rows are ", Rounded(interval),
+          " s apart (median), expected ", kMinInterval, " to ", kMaxInterval,
+          " s (10 kHz to 5 Hz): times must be in s, not in ms");
+  }
+  if (length < kMinLength) throw_too_short();
   if (length > kMaxLength) {
-    Throw(path, ": too long, expected at most ", kMaxLength, " s, got ", length,
-          " s");
+    Throw(path, ": too long, expected at most ", kMaxLength, " s, got ",
+          Rounded(length), " s");
   }
   for (Index i = 1; i < n; ++i) {
-    if (times(i) <= times(i - 1)) {
-      Throw(path, ", row ", i + 1, ", column 't': expected a time after ",
-            times(i - 1), " s, got ", times(i), " s");
+    if (intervals(i - 1) <= kMaxGap) continue;
+    ThrowAtRow(path, i, ", column 't': a gap of ", Rounded(intervals(i - 1)),
+               " s, expected at most ", kMaxGap,
+               " s: fill it, or cut the recording there");
+  }
+}
+
+/** No hand moves faster, and none is at once at speed: from one row to the next
+the velocity changes by no more than kMaxAcceleration brings, but may by
+kMaxSpeedChange, which is noise in short intervals. */
+void CheckMotion(const std::string& path, const VectorXd& t,
+                 const Matrix3Xd& p) {
+  Vector3d last_velocity = Vector3d::Zero();
+  double last_interval = INFINITY;  // It may begin in motion.
+  for (Index i = 1; i < t.size(); ++i) {
+    const double interval = t(i) - t(i - 1);
+    const Vector3d velocity = (p.col(i) - p.col(i - 1)) / interval;
+    const double distance = (p.col(i) - p.col(i - 1)).norm();
+    const double speed = velocity.norm();
+    if (speed > kMaxSpeed) {
+      ThrowAtRow(path, i, ": the hand moves by ", Rounded(distance), " m in ",
+                 Rounded(interval), " s (", Rounded(speed),
+                 " m/s), expected at most ", kMaxSpeed,
+                 " m/s: remove the row if it is wrong, or ", kUnitRemedy);
     }
+    const double change = (velocity - last_velocity).norm();
+    const double time = (interval + last_interval) / 2;
+    if (change > std::max(kMaxSpeedChange, kMaxAcceleration * time)) {
+      ThrowAtRow(path, i, ": the hand jumps by ", Rounded(distance), " m in ",
+                 Rounded(interval), " s (velocity changes by ", Rounded(change),
+                 " m/s), expected at most ", kMaxSpeedChange,
+                 " m/s: remove the row if it is wrong, or ", kUnitRemedy);
+    }
+    last_velocity = velocity;
+    last_interval = interval;
+  }
+}
+
+void CheckRotations(const std::string& path, const VectorXd& t,
+                    const std::vector<Matrix3d>& R) {
+  for (std::size_t i = 1; i < R.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    const double interval = t(row) - t(row - 1);
+    const double angle = LogRotation(R[i] * R[i - 1].transpose()).norm();
+    if (angle <= kMaxTurnRate * interval) continue;
+    ThrowAtRow(path, row, ": the hand turns by ", Rounded(angle), " rad in ",
+               Rounded(interval), " s, expected at most ", kMaxTurnRate,
+               " rad/s: remove the row if it is wrong");
   }
 }
 
@@ -175,46 +458,143 @@ bool IsRotation(const Matrix3d& R) {
          R.determinant() >= 0;
 }
 
+std::vector<Matrix3d> ReadRotations(const std::string& path,
+                                    const Table& table) {
+  const auto values = table.matrix();
+  std::vector<Matrix3d> rotations;
+  if (values.cols() == 4) return rotations;
+  rotations.reserve(values.rows());
+  for (Index i = 0; i < values.rows(); ++i) {
+    if (values.cols() == 8) {
+      const Eigen::Vector4d q = values.row(i).tail<4>();
+      const double length = q.norm();
+      if (!(std::abs(length - 1) <= kQuaternionTolerance)) {
+        ThrowAtRow(path, i, ", columns 'qw' to 'qz': expected length 1, got ",
+                   Rounded(length));
+      }
+      rotations.push_back(Eigen::Quaterniond(q(0), q(1), q(2), q(3))
+                              .normalized()
+                              .toRotationMatrix());
+      continue;
+    }
+    const Matrix3d transposed = values.row(i).tail<9>().reshaped(3, 3);
+    if (!IsRotation(transposed)) {
+      ThrowAtRow(path, i,
+                 ", columns 'R11' to 'R33': expected a rotation matrix");
+    }
+    rotations.push_back(transposed.transpose());
+  }
+  return rotations;
+}
+
+double MetresPer(LengthUnit unit) {
+  switch (unit) {
+    case LengthUnit::kMetre:
+      return 1;
+    case LengthUnit::kCentimetre:
+      return 0.01;
+    case LengthUnit::kMillimetre:
+      return 0.001;
+  }
+  return NAN;
+}
+
+void CheckCoordinates(const std::string& path, const Matrix3Xd& positions) {
+  Index axis = 0;
+  Index row = 0;
+  const double largest = positions.cwiseAbs().maxCoeff(&axis, &row);
+  if (largest <= kMaxCoordinate) return;
+  ThrowAtRow(path, row, ", column ", Quote(kNeeded[axis + 1]),
+             ": expected a position within ", kMaxCoordinate, " m, got ",
+             Rounded(positions(axis, row)), " m");
+}
+
+/** "35 x 20 x 20 mm", or in m from 1 m on. */
+std::string ShowExtent(const Vector3d& size) {
+  const bool metres = size.maxCoeff() >= 1;
+  const Vector3d shown = metres ? size : 1000 * size;
+  return Rounded(shown.x()) + " x " + Rounded(shown.y()) + " x " +
+         Rounded(shown.z()) + (metres ? " m" : " mm");
+}
+
+/** Not larger than `value`, > 0. */
+std::string FloorTo2Digits(double value) {
+  const double step = std::pow(10, std::floor(std::log10(value)) - 1);
+  return Rounded(std::floor(value / step) * step);
+}
+
+std::string DescribePlaced(const Recording& recording, double shrinking) {
+  const Matrix3Xd& p = recording.positions;
+  const Index n = p.cols();
+  const double length = recording.times(n - 1);
+  const Vector3d size = p.rowwise().maxCoeff() - p.rowwise().minCoeff();
+  std::ostringstream note;
+  note << n << " samples in " << Rounded(length) << " s, "
+       << ShowExtent(shrinking * size);
+  if (recording.scale != 1) {
+    note << ", scaled by " << Rounded(recording.scale) << " as asked for";
+  }
+  if (shrinking != 1) {
+    note << ", shrunk to " << Rounded(shrinking)
+         << " to fit the device's workspace";
+  }
+  if (recording.scale == 1 && shrinking == 1) note << ", not scaled";
+  note << (recording.follow_rotations ? "; orientation followed"
+                                      : "; orientation not followed");
+  if (!recording.ignored.empty()) {
+    note << ", ignored: " << Join(recording.ignored);
+  }
+  return note.str();
+}
+
+/** Each rotation vector near the one before: it may pass pi. */
+Matrix3Xd CalcTurns(const std::vector<Matrix3d>& R) {
+  Matrix3Xd turns(3, R.size());
+  Vector3d last = Vector3d::Zero();
+  for (std::size_t i = 0; i < R.size(); ++i) {
+    Vector3d turn = LogRotation(R[i] * R[0].transpose());
+    const double angle = turn.norm();
+    if (angle > 0) {
+      const Vector3d round = 2 * std::numbers::pi / angle * turn;
+      turn += std::round((last - turn).dot(round) / round.squaredNorm()) * round;
+    }
+    turns.col(static_cast<Index>(i)) = last = turn;
+  }
+  return turns;
+}
+
 }  // namespace
 
-Recording ReadRecording(const std::string& path) {
-  const std::vector<Row> rows = ReadRows(path);
-  Row header;
-  if (!rows.empty()) {
-    for (const std::string& name : rows[0]) header.emplace_back(Trim(name));
-  }
-  const Row rotation = {"R11", "R12", "R13", "R21", "R22",
-                        "R23", "R31", "R32", "R33"};
-  Row columns = {"t", "px", "py", "pz"};
-  if (std::find_first_of(header.begin(), header.end(), rotation.begin(),
-                         rotation.end()) != header.end()) {
-    columns.insert(columns.end(), rotation.begin(), rotation.end());
-  }
-  for (const std::string& name : columns) {
-    const auto count = std::count(header.begin(), header.end(), name);
-    if (count != 1) {
-      Throw(path, ": column ", Quote(name), " is ",
-            count == 0 ? "missing" : "found more than once");
-    }
-  }
-  const MatrixXd table = ReadTable(path, rows, header, columns);
-  CheckTimes(path, table.col(0));
+Recording ReadRecording(const std::string& path, LengthUnit unit,
+                        double scale) {
+  ThrowUnlessPositive("ReadRecording", "scale", scale);
+  const Table table = ReadTable(path);
+  const auto values = table.matrix();
   Recording recording;
-  recording.times = table.col(0).array() - table(0, 0);
-  recording.positions = table.middleCols<3>(1).transpose();
-  if (table.cols() == 4) return recording;
-  for (Index i = 0; i < table.rows(); ++i) {
-    const Matrix3d transposed = table.row(i).tail<9>().reshaped(3, 3);
-    if (!IsRotation(transposed)) {
-      Throw(path, ", row ", i + 1,
-            ", columns 'R11' to 'R33': expected a rotation matrix");
+  recording.scale = scale;
+  recording.times = values.col(0);
+  CheckTimes(path, recording.times);
+  recording.times.array() -= values(0, 0);
+  recording.positions =
+      MetresPer(unit) * scale * values.middleCols<3>(1).transpose();
+  CheckCoordinates(path, recording.positions);
+  CheckMotion(path, recording.times, recording.positions);
+  recording.rotations = ReadRotations(path, table);
+  recording.follow_rotations = Contains(table.columns, "qw");
+  if (recording.follow_rotations) {
+    CheckRotations(path, recording.times, recording.rotations);
+  }
+  for (const std::string& name : table.header) {
+    const bool followed =
+        recording.follow_rotations && Contains(kQuaternion, name);
+    if (!followed && LooksLikeOrientation(name)) {
+      recording.ignored.push_back(name);
     }
-    recording.rotations.push_back(transposed.transpose());
   }
   return recording;
 }
 
-OperatorPathParams PlaceRecording(
+PlacedRecording PlaceRecording(
     const Recording& recording, const Vector3d& start, double contact_height,
     double press_depth,
     const std::function<bool(const Matrix3Xd&)>& reachable) {
@@ -240,28 +620,47 @@ OperatorPathParams PlaceRecording(
     return (scale * offsets).colwise() + middle;
   };
   Matrix3Xd points = scaled(1);
+  double shrinking = 1;
   if (!reachable(points)) {
     // The set is convex and holds `middle`, so bisection finds its border.
-    double scale = 0;
     double too_large = 1;
+    shrinking = 0;
     for (int i = 0; i < 20; ++i) {
-      const double trial = (scale + too_large) / 2;
-      (reachable(scaled(trial)) ? scale : too_large) = trial;
+      const double trial = (shrinking + too_large) / 2;
+      (reachable(scaled(trial)) ? shrinking : too_large) = trial;
     }
-    points = scaled(scale);
+    points = scaled(shrinking);
+  }
+  if (shrinking < kMinShrinking) {
+    Index farthest = 0;
+    offsets.colwise().squaredNorm().maxCoeff(&farthest);
+    Throw("operator.recording: row ", farthest + 1, ": a motion of ", ShowExtent(high - low),
+          " reaches farthest there and would be shrunk to ",
+          Rounded(shrinking), " of its size to fit the device's workspace, "
+          "expected at least ", kMinShrinking, ": scale it ",
+          "(--recording-scale ", FloorTo2Digits(recording.scale * shrinking),
+          "; operator.recording_scale), or ", kUnitRemedy);
   }
 
   constexpr int kSteps = static_cast<int>(kRecordingMoveTime * kMoveRate);
   const Index n = points.cols();
   const Vector3d first = points.col(0);
   const Vector3d last = points.col(n - 1);
-  OperatorPathParams path;
+  PlacedRecording placed;
+  placed.scale = recording.scale * shrinking;
+  OperatorPathParams& path = placed.path;
   path.interpolation = PathInterpolation::kCubic;
   path.times.resize(kSteps + n + kSteps);
   path.points.resize(3, kSteps + n + kSteps);
   path.times.segment(kSteps, n) = recording.times.array() + kRecordingMoveTime;
   path.points.middleCols(kSteps, n) = points;
   const double end = path.times(kSteps + n - 1);
+  Vector3d last_turn = Vector3d::Zero();
+  if (recording.follow_rotations) {
+    path.rotations.setZero(3, kSteps + n + kSteps);
+    path.rotations.middleCols(kSteps, n) = CalcTurns(recording.rotations);
+    last_turn = path.rotations.col(kSteps + n - 1);
+  }
   for (int i = 0; i <= kSteps; ++i) {
     const double s = i == kSteps ? 1 : i * (1.0 / kSteps);
     const double share = s * s * s * (10 - 15 * s + 6 * (s * s));
@@ -272,9 +671,13 @@ OperatorPathParams PlaceRecording(
     if (i > 0) {
       path.times(kSteps + n - 1 + i) = end + s * kRecordingMoveTime;
       path.points.col(kSteps + n - 1 + i) = last + share * (start - last);
+      if (recording.follow_rotations) {
+        path.rotations.col(kSteps + n - 1 + i) = (1 - share) * last_turn;
+      }
     }
   }
-  return path;
+  placed.note = DescribePlaced(recording, shrinking);
+  return placed;
 }
 
 }  // namespace dual_proxy

@@ -3,15 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <numbers>
 #include <sstream>
 #include <stdexcept>
+#include <system_error>
+#include <type_traits>
 
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/control/loop_stability.h"
-#include "dual_proxy/experiment/recording.h"
 
 namespace dual_proxy {
 namespace {
@@ -67,11 +70,20 @@ class Checker {
   std::string path_;
 };
 
+template <typename Part>
+auto Show(const Part& part) {
+  if constexpr (std::is_floating_point_v<Part>) {
+    return NumberText(part);
+  } else {
+    return part;
+  }
+}
+
 // Joins its arguments to one line.
 template <typename... Parts>
 std::string Join(const Parts&... parts) {
   std::ostringstream line;
-  (line << ... << parts);
+  (line << ... << Show(parts));
   return line.str();
 }
 
@@ -128,7 +140,9 @@ void Waypoint::Validate() const {
 
 void OperatorParams::Validate() const {
   for (const Waypoint& waypoint : waypoints) waypoint.Validate();
-  ThrowUnlessInRange("OperatorParams", "press_depth", press_depth, 0, 0.1);
+  constexpr const char* kWho = "OperatorParams";
+  ThrowUnlessInRange(kWho, "press_depth", press_depth, 0, 0.1);
+  ThrowUnlessInRange(kWho, "recording_scale", recording_scale, Open(0), 1000);
 }
 
 void Scenario::ApplyPresets() {
@@ -154,7 +168,22 @@ void Scenario::ApplyPresets() {
   }
 }
 
+void Scenario::ResolvePaths(const std::string& directory) {
+  std::string& recording = operator_params.recording;
+  if (recording.empty()) return;
+  std::filesystem::path path = recording;
+  const char* home = std::getenv("HOME");
+  if (home != nullptr && (recording == "~" || recording.starts_with("~/"))) {
+    path = home + recording.substr(1);
+  }
+  std::error_code error;
+  path = std::filesystem::absolute(directory / path, error);
+  const auto canonical = std::filesystem::weakly_canonical(path, error);
+  recording = error ? path.string() : canonical.string();
+}
+
 void Scenario::Distribute() {
+  ResolvePaths();
   map.p_cw = scene.start_position;
   robot_proxy.map = haptic_proxy.map = position_force.map = map;
   robot_proxy.link = haptic_proxy.link = position_force.link = link.monitor;
@@ -186,9 +215,8 @@ void Scenario::Validate() {
 void Scenario::CheckFields() {
   Checker::Named(name, [this] {
     ThrowUnlessInRange("Scenario", "duration", duration, 1e-3, 3600);
-    ThrowUnlessInRange(
-        "Scenario", "seed", static_cast<double>(seed), 0,
-        static_cast<double>(std::numeric_limits<std::int64_t>::max()));
+    ThrowUnlessInRange("Scenario", "seed", static_cast<double>(seed), 0,
+                       Open(std::numeric_limits<double>::infinity()));
     ThrowUnlessInRange("Scenario", "control_period", control_period, 1e-5,
                        1e-2);
   });
@@ -330,7 +358,7 @@ Eigen::VectorX<bool> Scenario::Reachable(
 }
 
 OperatorPathParams Scenario::CalcOperatorPath() const {
-  if (!operator_params.recording.empty()) return CalcRecordedPath();
+  if (!operator_params.recording.empty()) return CalcRecordedMotion().path;
   const std::vector<Waypoint>& points = operator_params.waypoints;
   const auto count = static_cast<Eigen::Index>(points.size());
   OperatorPathParams path{.times = Eigen::VectorXd(count),
@@ -351,14 +379,17 @@ OperatorPathParams Scenario::CalcOperatorPath() const {
   return path;
 }
 
-OperatorPathParams Scenario::CalcRecordedPath() const {
+PlacedRecording Scenario::CalcRecordedMotion() const {
+  const OperatorParams& params = operator_params;
   const auto reachable = [this](const Eigen::Matrix3Xd& points) {
     return Reachable(points).all();
   };
   try {
-    return PlaceRecording(ReadRecording(operator_params.recording),
-                          scene.start_position, scene.contact_height(),
-                          operator_params.press_depth, reachable);
+    return PlaceRecording(
+        ReadRecording(params.recording, params.recording_units,
+                      params.recording_scale),
+        scene.start_position, scene.contact_height(), params.press_depth,
+        reachable);
   } catch (const std::invalid_argument& error) {
     throw ScenarioError(error.what());
   }

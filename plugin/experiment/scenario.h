@@ -15,6 +15,7 @@
 #include "dual_proxy/control/operational_space_controller.h"
 #include "dual_proxy/experiment/derived_keys.h"
 #include "dual_proxy/experiment/panda_scene_params.h"
+#include "dual_proxy/experiment/recording.h"
 #include "dual_proxy/experiment/scenario_error.h"
 #include "dual_proxy/link/communication_channel.h"
 #include "dual_proxy/link/link_monitor.h"
@@ -155,9 +156,14 @@ struct Waypoint {
 struct OperatorParams {
   /** Minimum-jerk moves from each to the next; the first at time 0. */
   std::vector<Waypoint> waypoints;
-  /** CSV file of a human motion, in place of the waypoints; relative to the
-  working directory. */
+  /** CSV file of a human motion, in place of the waypoints; see recording.h. In
+  a scenario's file relative to that, else to the working directory; ~ is the
+  home directory. */
   std::string recording;
+  /** Of the positions in it. */
+  LengthUnit recording_units{LengthUnit::kMetre};
+  /** By which its lengths are multiplied, in (0, 1000]. */
+  double recording_scale{1};
   /** How far below first touch a recording's contact height goes, m, 0 to 0.1.
    */
   double press_depth{0.04};
@@ -170,6 +176,8 @@ struct OperatorParams {
   void Serialize(Archive* a) {
     a->Visit(MakeNameValue("waypoints", &waypoints));
     a->Visit(MakeNameValue("recording", &recording));
+    VisitEnum(a, "OperatorParams", "recording_units", &recording_units);
+    a->Visit(MakeNameValue("recording_scale", &recording_scale));
     a->Visit(MakeNameValue("press_depth", &press_depth));
   }
 };
@@ -264,7 +272,12 @@ struct Scenario {
   /** Sets what `scheme` and `law` decide. */
   void ApplyPresets();
 
-  /** Copies shared values to where they are needed. */
+  /** Makes operator.recording absolute: a relative one is in `directory`, ""
+  is the working directory. What reads a scenario from a file calls it with the
+  file's directory. */
+  void ResolvePaths(const std::string& directory = "");
+
+  /** Copies shared values to where they are needed, resolves paths. */
   void Distribute();
 
   /** Distributes, and checks every field and the fields against each other.
@@ -282,6 +295,9 @@ struct Scenario {
   @throws ScenarioError if a recording cannot be read; the message names file,
   row and column. */
   OperatorPathParams CalcOperatorPath() const;
+
+  /** The same with what was done to the recording, which there must be. */
+  PlacedRecording CalcRecordedMotion() const;
 
   /** Whether the angular filter runs: it is enabled, and the scheme has it. */
   bool has_angular_filter() const {
@@ -331,7 +347,6 @@ struct Scenario {
                          const ForceSpaceParticleFilterParams& params,
                          double noise) const;
   void CheckWaypoints() const;
-  OperatorPathParams CalcRecordedPath() const;
 };
 
 }  // namespace dual_proxy

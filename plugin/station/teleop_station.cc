@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/station/teleop_station.h"
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <initializer_list>
 #include <map>
 #include <memory>
@@ -370,6 +372,7 @@ Scenario LoadScenario(const std::string& path) {
   }
   auto& [name, scenario] = *scenarios.begin();
   scenario.name = name;
+  scenario.ResolvePaths(std::filesystem::path(path).parent_path());
   scenario.Validate();
   return std::move(scenario);
 }
@@ -410,10 +413,14 @@ RunLog MakeRunLog(const TeleopStation& station,
 }
 
 MetricsParams MakeMetricsParams(const Scenario& scenario) {
-  return {.map = scenario.map,
-          .delay = scenario.link.delay(),
-          .has_filter = scenario.scheme == Scheme::kDualProxy,
-          .control_period = scenario.controller.period};
+  MetricsParams params{.map = scenario.map,
+                       .delay = scenario.link.delay(),
+                       .has_filter = scenario.scheme == Scheme::kDualProxy,
+                       .control_period = scenario.controller.period};
+  if (!scenario.operator_params.recording.empty()) {
+    params.recording_scale = scenario.CalcRecordedMotion().scale;
+  }
+  return params;
 }
 
 }  // namespace dual_proxy

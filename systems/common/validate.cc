@@ -1,21 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/common/validate.h"
 
+#include <array>
+#include <charconv>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <numbers>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include <Eigen/LU>
 
 namespace dual_proxy {
 namespace {
 
-template <typename Value>
 [[noreturn]] void Throw(const char* who, const char* field,
-                        const std::string& expected, const Value& got) {
-  std::ostringstream problem;
-  problem << "expected " << expected << ", got " << got;
-  throw InvalidField(who, field, problem.str());
+                        const std::string& expected, const std::string& got) {
+  throw InvalidField(who, field, "expected " + expected + ", got " + got);
 }
 
 const Eigen::IOFormat& OneLine() {
@@ -24,19 +27,46 @@ const Eigen::IOFormat& OneLine() {
   return format;
 }
 
+template <typename Matrix>
+std::string Text(const Matrix& matrix) {
+  std::ostringstream text;
+  text << matrix.format(OneLine());
+  return text.str();
+}
+
 }  // namespace
 
+std::string NumberText(double value) {
+  constexpr double kPi = std::numbers::pi;
+  for (const auto& [number, name] :
+       {std::pair{kPi, "pi"}, {-kPi, "-pi"}, {kPi / 2, "pi/2"},
+        {-kPi / 2, "-pi/2"}}) {
+    if (value == number) return name;
+  }
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  if (std::isfinite(value) && std::strtod(text.data(), nullptr) != value) {
+    const auto end = std::to_chars(text.begin(), text.end(), value).ptr;
+    return {text.begin(), end};
+  }
+  return text.data();
+}
+
 void ThrowUnlessInRange(const char* who, const char* field, double value,
-                        double low, double high) {
-  if (std::isfinite(value) && value >= low && value <= high) return;
-  std::ostringstream expected;
-  expected << "a number in [" << low << ", " << high << "]";
-  Throw(who, field, expected.str(), value);
+                        Bound low, Bound high) {
+  const bool above = low.open ? value > low.value : value >= low.value;
+  const bool below = high.open ? value < high.value : value <= high.value;
+  if (std::isfinite(value) && above && below) return;
+  Throw(who, field,
+        std::string("a number in ") + (low.open ? "(" : "[") +
+            NumberText(low.value) + ", " + NumberText(high.value) +
+            (high.open ? ")" : "]"),
+        NumberText(value));
 }
 
 void ThrowUnlessAllInRange(const char* who, const char* field,
                            const Eigen::Ref<const Eigen::VectorXd>& values,
-                           double low, double high) {
+                           Bound low, Bound high) {
   for (int i = 0; i < values.size(); ++i) {
     std::string entry = field;
     entry.append("[").append(std::to_string(i)).append("]");
@@ -46,18 +76,18 @@ void ThrowUnlessAllInRange(const char* who, const char* field,
 
 void ThrowUnlessPositive(const char* who, const char* field, double value) {
   if (std::isfinite(value) && value > 0) return;
-  Throw(who, field, "a finite value > 0", value);
+  Throw(who, field, "a finite value > 0", NumberText(value));
 }
 
 void ThrowUnlessNonNegative(const char* who, const char* field, double value) {
   if (std::isfinite(value) && value >= 0) return;
-  Throw(who, field, "a finite value >= 0", value);
+  Throw(who, field, "a finite value >= 0", NumberText(value));
 }
 
 void ThrowUnlessFinite(const char* who, const char* field,
                        const Eigen::Ref<const Eigen::VectorXd>& value) {
   if (value.allFinite()) return;
-  Throw(who, field, "finite values", value.transpose().format(OneLine()));
+  Throw(who, field, "finite values", Text(value.transpose()));
 }
 
 void ThrowUnlessRotation(const char* who, const char* field,
@@ -70,12 +100,12 @@ void ThrowUnlessRotation(const char* who, const char* field,
       value.determinant() > 0) {
     return;
   }
-  Throw(who, field, "a rotation matrix", value.format(OneLine()));
+  Throw(who, field, "a rotation matrix", Text(value));
 }
 
 void ThrowInvalidField(const char* who, const char* field, const char* expected,
                        double got) {
-  Throw(who, field, expected, got);
+  Throw(who, field, expected, NumberText(got));
 }
 
 }  // namespace dual_proxy

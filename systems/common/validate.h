@@ -11,7 +11,7 @@ namespace dual_proxy {
 /** @file
 Checks of parameters. Each throws InvalidField with one line that names who
 asked, the field, the allowed range and the value it got, e.g.
-"WorkspaceMapParams: field `scale` expected a number in [1e-06, inf], got 0".
+"CommunicationChannelParams: field `loss` expected a number in [0, 1], got 2".
 They are for construction and loading, never for a control cycle. */
 
 /** "Who: field `x` expected a finite value > 0, got -1", with its parts for
@@ -33,16 +33,33 @@ class InvalidField : public std::invalid_argument {
   std::string problem_;
 };
 
-/** @throws std::invalid_argument unless low <= value <= high and value is
-finite. */
+/** A number as messages show it: six digits if they are all of it, else as many
+as read back as the same number; what is a half or a whole of pi by name. */
+std::string NumberText(double value);
+
+/** One end of a range of numbers: part of it, or Open(), where it is not. */
+struct Bound {
+  // NOLINTNEXTLINE(google-explicit-constructor): a number is a closed bound.
+  constexpr Bound(double value_in, bool open_in = false)
+      : value(value_in), open(open_in) {}
+
+  double value;
+  bool open;
+};
+
+/** The end of a range that does not belong to it. */
+constexpr Bound Open(double value) { return {value, true}; }
+
+/** @throws std::invalid_argument unless value is finite and between the bounds,
+which the message shows as in "[0, 1)". */
 void ThrowUnlessInRange(const char* who, const char* field, double value,
-                        double low, double high);
+                        Bound low, Bound high);
 
 /** The same for every entry; the error names the first wrong one, `field[i]`.
  */
 void ThrowUnlessAllInRange(const char* who, const char* field,
                            const Eigen::Ref<const Eigen::VectorXd>& values,
-                           double low, double high);
+                           Bound low, Bound high);
 
 /** @throws std::invalid_argument unless value is finite and > 0. */
 void ThrowUnlessPositive(const char* who, const char* field, double value);

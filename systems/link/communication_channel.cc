@@ -12,7 +12,7 @@ void CommunicationChannelParams::Validate() const {
   const char* const who = "CommunicationChannelParams";
   ThrowUnlessNonNegative(who, "delay", delay);
   ThrowUnlessNonNegative(who, "jitter", jitter);
-  ThrowUnlessInRange(who, "loss", loss, 0.0, std::nextafter(1.0, 0.0));
+  ThrowUnlessInRange(who, "loss", loss, 0, 1);
 }
 
 template <class Message>

@@ -19,7 +19,7 @@ struct CommunicationChannelParams {
   /// Standard deviation of the normal whose absolute value is added to the
   /// delay of each message, s, >= 0: a message is never early.
   double jitter{0.0};
-  /// Probability that a message is lost, in [0, 1).
+  /// Probability that a message is lost, in [0, 1]; a dead link has 1.
   double loss{0.0};
   /// True: a message may overtake an earlier one, as with UDP. False: a
   /// message arrives no earlier than those sent before it, as with TCP.

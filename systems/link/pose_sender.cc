@@ -42,9 +42,11 @@ void Divide(double samples, ForceMessage* sum) noexcept {
 void PoseSenderParams::Validate() const {
   const char* const who = "PoseSenderParams";
   ThrowUnlessPositive(who, "period", period);
-  ThrowUnlessPositive(who, "rate", rate);
   // One part in 1e9 of slack: 1 / 0.001 is not exactly 1000 for every period.
-  ThrowUnlessInRange(who, "rate", rate, 0.0, (1.0 + 1e-9) / period);
+  const double highest = 1 / period;
+  const bool fits = rate <= (1 + 1e-9) * highest;
+  ThrowUnlessInRange(who, "rate", rate, Open(0),
+                     fits ? std::max(rate, highest) : highest);
 }
 
 template <class Message>

@@ -82,9 +82,7 @@ void ForceSpaceParticleFilterParams::Validate() const {
   ThrowUnlessInRange(kWho, "scatter_std", scatter_std, 0, 1);
   update_thresholds.Validate();
   resampling_thresholds.Validate();
-  if (!(alpha_add > 0 && alpha_add < 1)) {
-    ThrowInvalidField(kWho, "alpha_add", "a number in (0, 1)", alpha_add);
-  }
+  ThrowUnlessInRange(kWho, "alpha_add", alpha_add, Open(0), Open(1));
   if (!(alpha_remove > 0 && alpha_remove <= alpha_add)) {
     ThrowInvalidField(kWho, "alpha_remove", "a number in (0, alpha_add]",
                       alpha_remove);
@@ -92,9 +90,7 @@ void ForceSpaceParticleFilterParams::Validate() const {
   ThrowUnlessInRange(kWho, "epsilon", epsilon, 1e-12, 0.1);
   ThrowUnlessInRange(kWho, "prior_particles", prior_particles, 0,
                      kMaxParticles);
-  if (!(prior_std > 0 && prior_std <= std::numbers::pi)) {
-    ThrowInvalidField(kWho, "prior_std", "a number in (0, pi]", prior_std);
-  }
+  ThrowUnlessInRange(kWho, "prior_std", prior_std, Open(0), std::numbers::pi);
   friction_cone.Validate();
 }
 

@@ -39,9 +39,8 @@ void VirtualSpringParams::Validate() const {
   ThrowUnlessNonNegative(who, "max_force", max_force);
   ThrowUnlessNonNegative(who, "leash", leash);
   ThrowUnlessPositive(who, "rate", rate);
-  ThrowUnlessPositive(who, "new_direction_angle", new_direction_angle);
-  ThrowUnlessInRange(who, "new_direction_angle", new_direction_angle, 0.0,
-                     std::nextafter(std::numbers::pi / 2.0, 0.0));
+  ThrowUnlessInRange(who, "new_direction_angle", new_direction_angle, Open(0),
+                     Open(std::numbers::pi / 2));
   ThrowUnlessPositive(who, "period", period);
 }
 

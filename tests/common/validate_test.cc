@@ -2,6 +2,7 @@
 #include "dual_proxy/common/validate.h"
 
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -51,6 +52,31 @@ TEST(ValidateTest, BoundsAreInclusiveAndNanIsNeverInRange) {
   EXPECT_THROW(ThrowUnlessPositive("Who", "field",
                                    std::numeric_limits<double>::infinity()),
                std::invalid_argument);
+}
+
+TEST(ValidateTest, OpenBoundsAreOutOfRangeAndShownSo) {
+  const auto error = [](double value, Bound low, Bound high) {
+    return InvalidArgument([&] {
+      ThrowUnlessInRange("Who", "x", value, low, high);
+    }).substr(15);
+  };
+  EXPECT_NO_THROW(ThrowUnlessInRange("Who", "x", 0, 0, Open(1)));
+  EXPECT_NO_THROW(ThrowUnlessInRange("Who", "x", 1, Open(0), 1));
+  EXPECT_EQ(error(1, 0, Open(1)), "expected a number in [0, 1), got 1");
+  EXPECT_EQ(error(0, Open(0), 1), "expected a number in (0, 1], got 0");
+  EXPECT_EQ(error(2, Open(0), Open(std::numbers::pi / 2)),
+            "expected a number in (0, pi/2), got 2");
+}
+
+TEST(ValidateTest, AValueIsNeverShownAsABoundThatItMisses) {
+  EXPECT_EQ(
+      InvalidArgument([] { ThrowUnlessInRange("Who", "x", 1 + 1e-9, 0, 1); }),
+      "Who: field `x` expected a number in [0, 1], got 1.000000001");
+  EXPECT_EQ(NumberText(1e-6), "1e-06");
+  EXPECT_EQ(NumberText(0.1), "0.1");
+  EXPECT_EQ(NumberText(1.0 / 3), "0.3333333333333333");
+  EXPECT_EQ(NumberText(-std::numbers::pi), "-pi");
+  EXPECT_EQ(NumberText(std::numeric_limits<double>::infinity()), "inf");
 }
 
 TEST(ValidateTest, FiniteAndRotation) {

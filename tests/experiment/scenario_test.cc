@@ -350,7 +350,7 @@ TEST(ScenarioTest, WrongFieldsAreNamedByTheirPath) {
   EXPECT_EQ(ErrorAfter([](S* s) { s->duration = 0; }),
             "tiny.duration: expected a number in [0.001, 3600], got 0");
   EXPECT_EQ(ErrorAfter([](S* s) { s->seed = -1; }),
-            "tiny.seed: expected a number in [0, 9.22337e+18], got -1");
+            "tiny.seed: expected a number in [0, inf), got -1");
   EXPECT_EQ(ErrorAfter([](S* s) { s->scene.friction = -1; }),
             "tiny.scene.friction: expected a number in [0, 5], got -1");
   EXPECT_EQ(ErrorAfter([](S* s) {
@@ -475,8 +475,9 @@ TEST(ScenarioTest, ARecordingTakesTheWaypointsPlace) {
   dut.operator_params.waypoints.clear();
   dut.operator_params.recording = "motion.csv";
   EXPECT_NO_THROW(dut.Validate());
+  const auto here = std::filesystem::canonical(".").string();
   EXPECT_EQ(InvalidArgument([&] { dut.CalcOperatorPath(); }),
-            "motion.csv: No such file or directory");
+            here + "/motion.csv: No such file or directory");
 
   const auto file = std::filesystem::path(testing::TempDir()) / "motion.csv";
   std::ofstream csv(file);
@@ -494,6 +495,34 @@ TEST(ScenarioTest, ARecordingTakesTheWaypointsPlace) {
               1e-12);
   dut.duration = 1;
   EXPECT_NEAR(dut.CalcRunDuration(), end + 2 + 3 * dut.link.delay(), 1e-3);
+
+  EXPECT_EQ(dut.CalcRecordedMotion().scale, 1);
+  dut.operator_params.recording_scale = 0.25;
+  EXPECT_EQ(dut.CalcRecordedMotion().scale, 0.25);
+  dut.operator_params.recording_scale = 0;
+  EXPECT_EQ(InvalidArgument([&] { dut.Validate(); }),
+            "tiny.operator.recording_scale: expected a number in (0, 1000], "
+            "got 0");
+}
+
+TEST(ScenarioTest, ARecordingsPathBecomesAbsolute) {
+  const std::string here = std::filesystem::canonical(".").string();
+  const auto resolved = [](const std::string& path,
+                           const std::string& directory = "") {
+    Scenario dut = ValidScenario();
+    dut.operator_params.recording = path;
+    dut.ResolvePaths(directory);
+    dut.Validate();  // Changes it no more.
+    return dut.operator_params.recording;
+  };
+  EXPECT_EQ(resolved(""), "");
+  EXPECT_EQ(resolved("a.csv"), here + "/a.csv");
+  EXPECT_EQ(resolved("./x/../a.csv", "sub"), here + "/sub/a.csv");
+  EXPECT_EQ(resolved("a.csv", "/none"), "/none/a.csv");
+  EXPECT_EQ(resolved("/none/a.csv", "/other"), "/none/a.csv");
+  setenv("HOME", "/none", 1);
+  EXPECT_EQ(resolved("~/a.csv", "/other"), "/none/a.csv");
+  EXPECT_EQ(resolved("~a.csv", "/other"), "/other/~a.csv");
 }
 
 TEST(ScenarioTest, MotionIsThatOfTheWaypoints) {

@@ -250,8 +250,21 @@ TEST(CommunicationChannelParamsTest, InvalidParametersAreNamed) {
       std::string::npos);
   EXPECT_NE(message(Params(-0.1)).find("-0.1"), std::string::npos);
   EXPECT_NE(message(Params(0.0, kNan)).find("`jitter`"), std::string::npos);
-  EXPECT_NE(message(Params(0.0, 0.0, 1.0)).find("`loss`"), std::string::npos);
-  EXPECT_EQ(message(Params(0.0, 0.0, 0.99)), "no exception");
+  EXPECT_EQ(message(Params(0.0, 0.0, 1.0001)),
+            "CommunicationChannelParams: field `loss` expected a number in "
+            "[0, 1], got 1.0001");
+}
+
+TEST(CommunicationChannelTest, ADeadLinkDeliversNothing) {
+  const Channel dut(Params(0.0, 0.0, 1.0));
+  auto state = dut.MakeState(0);
+  PoseMessage message;
+  for (int i = 0; i < 1000; ++i) {
+    message.sequence = i;
+    dut.Send(0.02 * i, message, &state);
+  }
+  EXPECT_EQ(state.lost, 1000);
+  EXPECT_EQ(dut.Receive(100, state).sequence, -1);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ import pytest
 from dual_proxy import cli
 from dual_proxy.log import load_log
 from dual_proxy.metrics import METRICS
+from dual_proxy.recording import RECORDING_EXAMPLE, RECORDING_FORMAT
 from dual_proxy.run import Run, RunError, run
 from dual_proxy.run_folder import RunFolder
 from dual_proxy.scenario import ScenarioError, load_scenario
@@ -98,6 +99,8 @@ def run_cli(capsys, *arguments):
         (["run", "plane", "--set", "sed=1"], "unknown key 'sed', did you mean 'seed'"),
         (["run", "plane", "--set", "seed=[1"], "--set seed=[1"),
         (["run", "plane", "--recording", "no.csv"], "no.csv: No such file"),
+        (["run", "plane", "--recording-units", "inch"], "invalid choice: 'inch'"),
+        (["run", "plane", "--recording-scale", "0"], r"recording_scale: expected a"),
         (["run", "plane", "--fast"], "unrecognized arguments: --fast"),
         (["run", "plane", "--out", __file__], "test_cli.py: Not a directory"),
         (["run", "plane", "--out", f"{__file__}/a"], "/a: Not a directory"),
@@ -128,6 +131,10 @@ def test_version_and_help(capsys):
         assert f"--{option}" in out
     for option in ("--meshcat", "--realtime", "--mcap", "--out"):
         assert option in out
+    # What a recording is to look like, in one paragraph and an example.
+    assert RECORDING_FORMAT in " ".join(out.split())
+    for line in RECORDING_EXAMPLE.splitlines():
+        assert f"    {line}\n" in out
 
 
 def test_run_saves_everything_and_prints_every_metric(capsys, station, tmp_path):

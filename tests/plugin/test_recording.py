@@ -1,8 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from dual_proxy.recording import MOVE_TIME, read_recording, recorded_path
+from dual_proxy.recording import (
+    MOVE_TIME,
+    RECORDING_EXAMPLE,
+    RECORDING_FORMAT,
+    read_recording,
+    recorded_path,
+)
 from dual_proxy.scenario import ScenarioError, load_scenario
 
 HEADER = ["t", "px", "py", "pz"]
@@ -39,13 +47,16 @@ def test_reads_positions_and_starts_at_zero(csv_file):
     assert recording.rotations is None
 
 
-def test_reads_rotations_and_ignores_other_columns(csv_file):
+def test_reads_rotations_units_and_scale(csv_file):
     n = 400
     header = [*HEADER, "note", *(f"R{i}{j}" for i in "123" for j in "123")]
     rotation = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     rows = [[*row, "free text", *rotation.ravel()] for row in table(n)]
-    recording = read_recording(write(csv_file, rows, header))
+    recording = read_recording(write(csv_file, rows, header), units="cm", scale=10)
     np.testing.assert_array_equal(recording.rotations, np.tile(rotation, (n, 1, 1)))
+    np.testing.assert_allclose(recording.positions, 0.1 * table(n)[:, 1:])
+    with pytest.raises(ScenarioError, match="`units` expected m, cm"):
+        read_recording(csv_file, units="inch")
 
 
 def replaced(row, column, value):
@@ -58,17 +69,13 @@ def replaced(row, column, value):
     ("rows", "header", "message"),
     [
         (replaced(7, 2, "nan"), HEADER, "row 7, column 'py'.*finite number, got 'nan'"),
-        (replaced(9, 3, "inf"), HEADER, "row 9, column 'pz'.*finite number"),
-        (replaced(3, 1, "abc"), HEADER, "row 3, column 'px'.*got 'abc'"),
         (replaced(3, 1, ""), HEADER, "row 3, column 'px'.*got ''"),
         (replaced(20, 0, 0.0), HEADER, "row 20, column 't'.*after 0.18 s, got 0 s"),
-        (table(), ["t", "px", "py", "height"], "column 'pz' is missing"),
-        (table(), ["t", "px", "px", "pz"], "column 'px' is found more than once"),
+        (replaced(9, 3, 1e308), HEADER, r"row 9, column 'pz'.*within 1e\+09 m"),
+        (replaced(9, 3, 5), HEADER, "row 9: the hand moves.*at most 3 m/s.*remove"),
         (table()[:, :3], HEADER, "row 1: expected 4 values, got 3"),
         (table(9), HEADER, "too short.*10 rows and 1 s, got 9 rows"),
-        (table(50), HEADER, "too short.*got 50 rows and 0.49 s"),
-        (table()[:0], HEADER, "too short.*got 0 rows"),
-        (table(400, 0.1), HEADER, "too long"),
+        (table(400, 0.1), HEADER, "rows are 10 s apart.*times must be in s"),
     ],
 )
 def test_bad_files_are_named_with_row_and_column(csv_file, rows, header, message):
@@ -77,25 +84,27 @@ def test_bad_files_are_named_with_row_and_column(csv_file, rows, header, message
     assert "\n" not in str(caught.value)
 
 
-def test_partial_or_wrong_orientation_is_refused(csv_file):
-    rows = [[*row, 1.0] for row in table()]
-    with pytest.raises(ScenarioError, match="column 'R12' is missing"):
-        read_recording(write(csv_file, rows, [*HEADER, "R11"]))
-    names = [f"R{i}{j}" for i in "123" for j in "123"]
-    rows = [[*row, *np.diag([1, 1, -1]).ravel()] for row in table()]
-    with pytest.raises(ScenarioError, match="row 1, columns 'R11' to 'R33'"):
-        read_recording(write(csv_file, rows, [*HEADER, *names]))
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("time,x,y,z\n0,0,0,0\n", "'time,x,y,z', without t, px, py, pz"),
+        ("t;px;py;pz\n", "'t;px;py;pz', separated by semicolons"),
+        ("0,0.45,0,0.2\n", "'0,0.45,0,0.2', without names"),
+        ("", "no line in the file"),
+    ],
+)
+def test_what_was_expected_and_found_is_said(csv_file, text, found):
+    csv_file.write_text(text)
+    with pytest.raises(ScenarioError) as caught:
+        read_recording(csv_file)
+    assert str(caught.value) == f"{csv_file}: expected {RECORDING_FORMAT}; found {found}"
 
 
-def test_unreadable_files(tmp_path):
-    with pytest.raises(ScenarioError, match=r"none\.csv: No such file"):
-        read_recording(tmp_path / "none.csv")
-    (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00t")
-    with pytest.raises(ScenarioError, match="expected a CSV file"):
-        read_recording(tmp_path / "binary.csv")
-    (tmp_path / "empty.csv").write_text("")
-    with pytest.raises(ScenarioError, match="column 't' is missing"):
-        read_recording(tmp_path / "empty.csv")
+def test_readme_describes_the_format_in_the_same_words():
+    readme = Path(__file__).parents[2] / "README.md"
+    text = readme.read_text()
+    assert RECORDING_FORMAT in text
+    assert RECORDING_EXAMPLE in text
 
 
 def test_path_presses_where_the_hand_worked(csv_file):
@@ -121,19 +130,24 @@ def test_path_presses_where_the_hand_worked(csv_file):
     assert np.sort(speed)[-2] < 0.2
 
 
-def test_too_large_a_motion_is_scaled_to_fit(csv_file):
+def test_too_large_a_motion_is_shrunk_or_refused(csv_file):
     scenario = load_scenario("plane")
-    recording = read_recording(write(csv_file, table(size=0.6)))
     start = np.array(scenario.scene.start_position)
-    _, points = recorded_path(
-        recording, start, scenario.scene.contact_height, 0.04, scenario.reachable
-    )
+
+    def placed(size):
+        recording = read_recording(write(csv_file, table(size=size)))
+        height = scenario.scene.contact_height
+        return recorded_path(recording, start, height, 0.04, scenario.reachable)
+
+    _, points = placed(0.2)
     assert scenario.reachable(points).all()
     extent = points.max(axis=0) - points.min(axis=0)
     # Down to the reach along x, in proportion along y.
     assert extent[0] == pytest.approx(2 * 0.95 * 0.055 * 2.5, rel=1e-3)
     assert extent[1] == pytest.approx(extent[0], rel=1e-3)
     assert points[:, 2].min() == pytest.approx(0.37)
+    with pytest.raises(ScenarioError, match=r"recording: row \d+: .*at least 0\.5"):
+        placed(0.4)
 
 
 def test_depth_out_of_reach_is_refused(csv_file):
@@ -152,7 +166,61 @@ def test_scenario_follows_a_recording(csv_file):
     )
     motion = scenario.operator_motion()
     assert motion.sampled
+    assert motion.scale == 1.0
+    assert "not scaled; orientation not followed" in motion.note
+    assert motion.rotations.shape == (0, 3)
     assert scenario.run_duration() == 20.0
     longer = str(write(csv_file.with_name("long.csv"), table(3000)))
     scenario = scenario.with_overrides({"operator.recording": longer})
     assert scenario.run_duration() == pytest.approx(2.0 + 29.99 + 2.0 + 4.5 + 2.0)
+
+
+def test_scenario_follows_quaternions_units_and_scale(csv_file):
+    rows = table()
+    rows[:, 1:] *= 1e3
+    turn = 0.5 * np.linspace(0.0, 0.4, len(rows))
+    q = np.column_stack([0 * turn, np.cos(turn), np.sin(turn), 0 * turn])
+    header = [*HEADER, "qw", "qx", "qy", "qz", "yaw"]
+    write(csv_file, np.column_stack([rows, q, turn]), header)
+    scenario = load_scenario("plane")
+    changes = {"operator.recording": str(csv_file)}
+    with pytest.raises(ScenarioError, match="recording-units mm"):
+        scenario.with_overrides(changes).operator_motion()
+    changes |= {"operator.recording_units": "mm", "operator.recording_scale": 0.5}
+    motion = scenario.with_overrides(changes).operator_motion()
+    assert motion.scale == 0.5
+    assert "50 x 50 x 40 mm, scaled by 0.5 as asked for" in motion.note
+    assert motion.note.endswith("; orientation followed, ignored: yaw")
+    np.testing.assert_allclose(
+        motion.rotations[200:600], [[0, 0, 2 * angle] for angle in turn], atol=1e-9
+    )
+
+
+def test_every_way_of_giving_a_recording_ends_in_an_absolute_path(
+    tmp_path, monkeypatch, csv_file
+):
+    write(csv_file, table())
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    plane = load_scenario("plane")
+    for path in ("motion.csv", "~/motion.csv", str(csv_file)):
+        scenario = plane.with_overrides({"operator.recording": path})
+        assert scenario.operator.recording == str(csv_file)
+    plane.operator.recording = "motion.csv"
+    plane.validate()
+    assert plane.operator.recording == str(csv_file)
+    # In a file it is relative to that, in a section of overrides, too.
+    (tmp_path / "elsewhere").mkdir()
+    for section in ("", "  overrides:\n  "):
+        inner = "  " + "  " * bool(section)
+        text = f"s:\n{section}  operator:\n  {inner}recording: motion.csv\n"
+        (tmp_path / "s.yaml").write_text(text)
+        monkeypatch.chdir(tmp_path / "elsewhere")
+        scenario = load_scenario("../s.yaml")
+        assert scenario.operator.recording == str(csv_file)
+        # What is saved is found from anywhere.
+        (tmp_path / "elsewhere" / "saved.yaml").write_text(scenario.to_yaml())
+        monkeypatch.chdir("/")
+        again = load_scenario(tmp_path / "elsewhere" / "saved.yaml")
+        assert again == scenario
+        assert again.operator_motion().note
