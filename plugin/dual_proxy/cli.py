@@ -267,7 +267,9 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _recording_help() -> str:
-    text = textwrap.fill(RECORDING_FORMAT, 79, initial_indent="  ", subsequent_indent="  ")
+    text = textwrap.fill(
+        RECORDING_FORMAT, 79, initial_indent="  ", subsequent_indent="  "
+    )
     example = textwrap.indent(RECORDING_EXAMPLE, "    ")
     return f"a recording has\n{text}\n{example}"
 

@@ -56,9 +56,7 @@ class Recording:
     """(n, 3, 3), or None if the file has no orientation."""
 
 
-def read_recording(
-    path: str | Path, units: str = "m", scale: float = 1.0
-) -> Recording:
+def read_recording(path: str | Path, units: str = "m", scale: float = 1.0) -> Recording:
     """Read a recording from a CSV file.
 
     Parameters

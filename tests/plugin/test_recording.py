@@ -97,7 +97,9 @@ def test_what_was_expected_and_found_is_said(csv_file, text, found):
     csv_file.write_text(text)
     with pytest.raises(ScenarioError) as caught:
         read_recording(csv_file)
-    assert str(caught.value) == f"{csv_file}: expected {RECORDING_FORMAT}; found {found}"
+    assert (
+        str(caught.value) == f"{csv_file}: expected {RECORDING_FORMAT}; found {found}"
+    )
 
 
 def test_readme_describes_the_format_in_the_same_words():
