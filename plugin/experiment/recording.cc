@@ -45,6 +45,7 @@ constexpr double kMaxSpeed = 3;          // m/s
 constexpr double kMaxTurnRate = 20;      // rad/s
 constexpr double kMaxAcceleration = 50;  // m/s^2; see CheckMotion.
 constexpr double kMaxSpeedChange = 1;    // m/s
+constexpr double kMinJump = 0.005;       // m; less is noise.
 constexpr double kMaxCoordinate = 1e9;   // m
 constexpr double kMinShrinking = 0.5;
 constexpr double kRotationTolerance = 1e-3;
@@ -168,8 +169,8 @@ bool ContainsAll(const Row& names, const Row& wanted) {
 
 /** Whether a column says by its name that it is part of an orientation. */
 bool LooksLikeOrientation(const std::string& name) {
-  static const Row kNames = {"rx",  "ry",  "rz",  "rw",  "ox",  "oy", "oz",
-                             "ow",  "q_w", "q_x", "q_y", "q_z", "qw", "qx",
+  static const Row kNames = {"rx",  "ry",  "rz",  "rw",  "ox",  "oy",  "oz",
+                             "ow",  "q_w", "q_x", "q_y", "q_z", "qw",  "qx",
                              "qy",  "qz",  "r11", "r12", "r13", "r21", "r22",
                              "r23", "r31", "r32", "r33"};
   const std::string lower = Lower(name);
@@ -264,12 +265,12 @@ bool IsComment(const Row& row) {
 /** The numbers of some columns, and what else the header names. */
 struct Table {
   Row header;
-  Row columns;              // Those that are read.
+  Row columns;                 // Those that are read.
   std::vector<double> values;  // Row by row.
 
   auto matrix() const {
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic,
-                                   Eigen::RowMajor>;
+    using RowMajor =
+        Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     const auto width = static_cast<Index>(columns.size());
     return Eigen::Map<const RowMajor>(
         values.data(), static_cast<Index>(values.size()) / width, width);
@@ -408,34 +409,41 @@ void CheckTimes(const std::string& path, const VectorXd& times) {
   }
 }
 
-/** No hand moves faster, and none is at once at speed: from one row to the next
-the velocity changes by no more than kMaxAcceleration brings, but may by
+/** No hand moves faster, and none is at once at speed: over a step of kMinJump
+or more the velocity changes by no more than kMaxAcceleration brings, or
 kMaxSpeedChange, which is noise in short intervals. */
 void CheckMotion(const std::string& path, const VectorXd& t,
                  const Matrix3Xd& p) {
-  Vector3d last_velocity = Vector3d::Zero();
-  double last_interval = INFINITY;  // It may begin in motion.
+  struct Step {
+    double interval{INFINITY};  // The motion may begin at speed.
+    double distance{0};
+    Vector3d velocity{Vector3d::Zero()};
+  };
+  const std::string remedy =
+      std::string(" m/s: remove the row if it is wrong, or ") + kUnitRemedy;
+  Step last;
   for (Index i = 1; i < t.size(); ++i) {
+    const Vector3d d = p.col(i) - p.col(i - 1);
     const double interval = t(i) - t(i - 1);
-    const Vector3d velocity = (p.col(i) - p.col(i - 1)) / interval;
-    const double distance = (p.col(i) - p.col(i - 1)).norm();
-    const double speed = velocity.norm();
+    const Step step{interval, d.norm(), d / interval};
+    const double speed = step.velocity.norm();
     if (speed > kMaxSpeed) {
-      ThrowAtRow(path, i, ": the hand moves by ", Rounded(distance), " m in ",
-                 Rounded(interval), " s (", Rounded(speed),
-                 " m/s), expected at most ", kMaxSpeed,
-                 " m/s: remove the row if it is wrong, or ", kUnitRemedy);
+      ThrowAtRow(path, i, ": the hand moves by ", Rounded(step.distance),
+                 " m in ", Rounded(interval), " s (", Rounded(speed),
+                 " m/s), expected at most ", kMaxSpeed, remedy);
     }
-    const double change = (velocity - last_velocity).norm();
-    const double time = (interval + last_interval) / 2;
-    if (change > std::max(kMaxSpeedChange, kMaxAcceleration * time)) {
-      ThrowAtRow(path, i, ": the hand jumps by ", Rounded(distance), " m in ",
-                 Rounded(interval), " s (velocity changes by ", Rounded(change),
-                 " m/s), expected at most ", kMaxSpeedChange,
-                 " m/s: remove the row if it is wrong, or ", kUnitRemedy);
+    const double change = (step.velocity - last.velocity).norm();
+    const double time = (interval + last.interval) / 2;
+    const bool here = step.distance >= last.distance;
+    const Step& larger = here ? step : last;
+    if (larger.distance >= kMinJump &&
+        change > std::max(kMaxSpeedChange, kMaxAcceleration * time)) {
+      ThrowAtRow(path, here ? i : i - 1, ": the hand jumps by ",
+                 Rounded(larger.distance), " m in ", Rounded(larger.interval),
+                 " s (its velocity changes by ", Rounded(change),
+                 " m/s), expected at most ", kMaxSpeedChange, remedy);
     }
-    last_velocity = velocity;
-    last_interval = interval;
+    last = step;
   }
 }
 
@@ -556,7 +564,8 @@ Matrix3Xd CalcTurns(const std::vector<Matrix3d>& R) {
     const double angle = turn.norm();
     if (angle > 0) {
       const Vector3d round = 2 * std::numbers::pi / angle * turn;
-      turn += std::round((last - turn).dot(round) / round.squaredNorm()) * round;
+      turn +=
+          std::round((last - turn).dot(round) / round.squaredNorm()) * round;
     }
     turns.col(static_cast<Index>(i)) = last = turn;
   }
@@ -634,11 +643,13 @@ PlacedRecording PlaceRecording(
   if (shrinking < kMinShrinking) {
     Index farthest = 0;
     offsets.colwise().squaredNorm().maxCoeff(&farthest);
-    Throw("operator.recording: row ", farthest + 1, ": a motion of ", ShowExtent(high - low),
-          " reaches farthest there and would be shrunk to ",
-          Rounded(shrinking), " of its size to fit the device's workspace, "
-          "expected at least ", kMinShrinking, ": scale it ",
-          "(--recording-scale ", FloorTo2Digits(recording.scale * shrinking),
+    Throw("operator.recording: row ", farthest + 1, ": a motion of ",
+          ShowExtent(high - low),
+          " reaches farthest there and would be shrunk to ", Rounded(shrinking),
+          " of its size to fit the device's workspace, "
+          "expected at least ",
+          kMinShrinking, ": scale it ", "(--recording-scale ",
+          FloorTo2Digits(recording.scale * shrinking),
           "; operator.recording_scale), or ", kUnitRemedy);
   }
 

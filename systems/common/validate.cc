@@ -38,9 +38,10 @@ std::string Text(const Matrix& matrix) {
 
 std::string NumberText(double value) {
   constexpr double kPi = std::numbers::pi;
-  for (const auto& [number, name] :
-       {std::pair{kPi, "pi"}, {-kPi, "-pi"}, {kPi / 2, "pi/2"},
-        {-kPi / 2, "-pi/2"}}) {
+  for (const auto& [number, name] : {std::pair{kPi, "pi"},
+                                     {-kPi, "-pi"},
+                                     {kPi / 2, "pi/2"},
+                                     {-kPi / 2, "-pi/2"}}) {
     if (value == number) return name;
   }
   std::array<char, 32> text{};

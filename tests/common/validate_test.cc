@@ -56,9 +56,9 @@ TEST(ValidateTest, BoundsAreInclusiveAndNanIsNeverInRange) {
 
 TEST(ValidateTest, OpenBoundsAreOutOfRangeAndShownSo) {
   const auto error = [](double value, Bound low, Bound high) {
-    return InvalidArgument([&] {
-      ThrowUnlessInRange("Who", "x", value, low, high);
-    }).substr(15);
+    return InvalidArgument(
+               [&] { ThrowUnlessInRange("Who", "x", value, low, high); })
+        .substr(15);
   };
   EXPECT_NO_THROW(ThrowUnlessInRange("Who", "x", 0, 0, Open(1)));
   EXPECT_NO_THROW(ThrowUnlessInRange("Who", "x", 1, Open(0), 1));

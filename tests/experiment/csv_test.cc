@@ -54,8 +54,9 @@ TEST(CsvTest, QuotesHoldCommasLineEndsAndQuotes) {
 }
 
 TEST(CsvTest, AQuoteThatIsNeverClosedIsNotReadForEver) {
-  EXPECT_EQ(InvalidArgument([] { ParseCsv("\"" + std::string(131073, 'x')); }),
-            "a field of more than 131072 bytes (a quote that is never closed?)");
+  EXPECT_EQ(
+      InvalidArgument([] { ParseCsv("\"" + std::string(131073, 'x')); }),
+      "a field of more than 131072 bytes (a quote that is never closed?)");
   EXPECT_EQ(ParseCsv("\"" + std::string(131072, 'x'))[0][0].size(), 131072u);
 }
 

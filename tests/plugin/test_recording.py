@@ -20,7 +20,7 @@ def table(n=400, rate=100.0, size=0.05):
     """A hand that comes down onto a board, circles on it and leaves."""
     t = np.arange(n) / rate
     phase = 2 * np.pi * t / t[-1]
-    z = 0.3 + np.where((t > 1) & (t < 3), 0.0, 0.08)
+    z = 0.3 + 0.16 * np.clip(np.abs(t - 2.0) - 1.0, 0.0, 0.5)
     return np.column_stack(
         [t, 1.0 + size * np.cos(phase), -2.0 + size * np.sin(phase), z]
     )
