@@ -31,9 +31,7 @@ void BindBaselines(py::module_& m) {
       "Haptic side of the two-channel scheme: the sensed force comes straight "
       "back,\nF_h = -force_scale R_DB F_s.")
       .def(py::init<const Params&>(), py::arg("params") = Params())
-      .def_property_readonly(
-          "params",
-          [](const PositionForceHapticSide& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<PositionForceHapticSide>)
       .def("make_state", &PositionForceHapticSide::MakeState)
       .def("update", &PositionForceHapticSide::Update, py::arg("time"),
            py::arg("message"), py::arg("state").none(false),

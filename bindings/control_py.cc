@@ -54,8 +54,7 @@ void BindPassivity(py::module_& m) {
       m, "TimeDomainPassivity",
       "Time-domain passivity observer and controller of a force port.")
       .def(py::init<P>(), py::arg("params") = P{})
-      .def_property_readonly("params", &TimeDomainPassivity::params,
-                             py::return_value_policy::copy)
+      .def_property_readonly("params", &ParamsOf<TimeDomainPassivity>)
       .def("make_state", &TimeDomainPassivity::MakeState)
       .def(
           "update",
@@ -91,8 +90,7 @@ void BindSelectionBlend(py::module_& m) {
       m, "SelectionBlend",
       "Replaces the switch of a selection matrix by a linear blend.")
       .def(py::init<P>(), py::arg("params") = P{})
-      .def_property_readonly("params", &SelectionBlend::params,
-                             py::return_value_policy::copy)
+      .def_property_readonly("params", &ParamsOf<SelectionBlend>)
       .def("make_state", &SelectionBlend::MakeState)
       .def(
           "update",
@@ -122,8 +120,7 @@ void BindJointLimits(py::module_& m) {
       "Keeps joints within their ends and speeds by damping that sets in "
       "before them.")
       .def(py::init<P>(), py::arg("params") = P{})
-      .def_property_readonly("params", &JointLimits::params,
-                             py::return_value_policy::copy)
+      .def_property_readonly("params", &ParamsOf<JointLimits>)
       .def(
           "limit",
           [](const JointLimits& self, const py::object& q, const py::object& v,
@@ -164,8 +161,7 @@ void BindForceLoop(py::module_& m) {
   py::class_<ForceLoop>(m, "ForceLoop",
                         "Force loop of eq. (13) with passivity controller.")
       .def(py::init<P>(), py::arg("params") = P{})
-      .def_property_readonly("params", &ForceLoop::params,
-                             py::return_value_policy::copy)
+      .def_property_readonly("params", &ParamsOf<ForceLoop>)
       .def("make_state", &ForceLoop::MakeState)
       .def(
           "update",
@@ -289,8 +285,7 @@ void BindOperationalSpaceController(py::module_& m) {
       m, "OperationalSpaceController",
       "Unified force/motion control in operational space, eq. (10) to (17).")
       .def(py::init<P>(), py::arg("params") = P{})
-      .def_property_readonly("params", &OperationalSpaceController::params,
-                             py::return_value_policy::copy)
+      .def_property_readonly("params", &ParamsOf<OperationalSpaceController>)
       .def("make_state", &OperationalSpaceController::MakeState)
       .def(
           "update",
@@ -380,8 +375,7 @@ Matrix3dPerJoint AsMatrixPerJoint(const py::handle& value, const char* name) {
 void MatrixPerJointField(BindParams<ArmModelParams>* params, const char* name,
                          Matrix3dPerJoint ArmModelParams::* member,
                          const char* doc) {
-  params->py_class().attr("fields")[name] = doc;
-  params->py_class().def_property(
+  params->ArrayField(
       name,
       [member](const ArmModelParams& self) {
         py::array_t<double> array({7, 3, 3});
@@ -391,11 +385,10 @@ void MatrixPerJointField(BindParams<ArmModelParams>* params, const char* name,
             for (int k = 0; k < 3; ++k) view(i, j, k) = (self.*member)[i](j, k);
           }
         }
-        array.attr("flags").attr("writeable") = false;
-        return array;
+        return ReadOnly(array);
       },
-      [member, name](ArmModelParams& self, const py::object& value) {
-        self.*member = AsMatrixPerJoint(value, name);
+      [member, name](ArmModelParams* self, const py::object& value) {
+        self->*member = AsMatrixPerJoint(value, name);
       },
       doc);
 }
@@ -421,8 +414,7 @@ void BindArmModel(py::module_& m) {
       m, "ArmModel",
       "Kinematics and dynamics of a serial arm with seven revolute joints.")
       .def(py::init<P>(), py::arg("params"))
-      .def_property_readonly("params", &ArmModel::params,
-                             py::return_value_policy::copy)
+      .def_property_readonly("params", &ParamsOf<ArmModel>)
       .def(
           "calc",
           [](const ArmModel& self, const py::object& q, const py::object& v) {
@@ -456,8 +448,7 @@ void BindHapticController(py::module_& m) {
       m, "HapticController",
       "Open-loop force control of the haptic device, eq. (18).")
       .def(py::init<P>(), py::arg("params") = P{})
-      .def_property_readonly("params", &HapticController::params,
-                             py::return_value_policy::copy)
+      .def_property_readonly("params", &ParamsOf<HapticController>)
       .def("make_state", &HapticController::MakeState)
       .def(
           "update",

@@ -12,13 +12,11 @@
 namespace dual_proxy {
 namespace {
 
-// A copy that cannot be written to: writing to an element of a message's array
-// is an error and not silently lost.
+// A read-only copy: writing to an element of a message's array is an error and
+// not silently lost.
 template <typename Matrix>
-py::array_t<double> ReadOnly(const Matrix& value) {
-  py::array_t<double> array = py::cast(value);
-  array.attr("flags").attr("writeable") = false;
-  return array;
+py::array_t<double> AsReadOnlyArray(const Matrix& value) {
+  return ReadOnly(py::array_t<double>(py::cast(value)));
 }
 
 // A property of a message or pose that holds an array.
@@ -26,7 +24,8 @@ template <typename T, typename Class>
 void DefArray(py::class_<Class>* cls, const char* name, T Class::* member,
               const char* doc) {
   cls->def_property(
-      name, [member](const Class& self) { return ReadOnly(self.*member); },
+      name,
+      [member](const Class& self) { return AsReadOnlyArray(self.*member); },
       [name, member](Class& self, const py::object& value) {
         self.*member = AsFixed<T>(value, name);
       },
@@ -43,7 +42,8 @@ void BindMessages(py::module_& m) {
   pose.def(py::init([](const py::object& p, const py::object& R) {
              return Pose{Vec3(p, "p"), Mat3(R, "R")};
            }),
-           py::arg("p") = ReadOnly(Pose{}.p), py::arg("R") = ReadOnly(Pose{}.R))
+           py::arg("p") = AsReadOnlyArray(Pose{}.p),
+           py::arg("R") = AsReadOnlyArray(Pose{}.R))
       .def("__repr__",
            [](const py::object& self) {
              return "Pose(p=" +
@@ -77,8 +77,8 @@ void BindMessages(py::module_& m) {
   message
       .def(py::init(make_message), py::arg("sequence") = -1,
            py::arg("send_time") = 0.0, py::arg("pose") = Pose{},
-           py::arg("force_selection") = ReadOnly(PM{}.force_selection),
-           py::arg("moment_selection") = ReadOnly(PM{}.moment_selection))
+           py::arg("force_selection") = AsReadOnlyArray(PM{}.force_selection),
+           py::arg("moment_selection") = AsReadOnlyArray(PM{}.moment_selection))
       .def_readwrite("sequence", &PM::sequence,
                      "0, 1, 2, ...; -1: nothing has come yet.")
       .def_readwrite("send_time", &PM::send_time, "Sender's clock, s.")
@@ -121,7 +121,8 @@ void BindMessages(py::module_& m) {
   };
   force
       .def(py::init(make_force), py::arg("sequence") = -1,
-           py::arg("send_time") = 0.0, py::arg("force") = ReadOnly(FM{}.force))
+           py::arg("send_time") = 0.0,
+           py::arg("force") = AsReadOnlyArray(FM{}.force))
       .def_readwrite("sequence", &FM::sequence,
                      "0, 1, 2, ...; -1: nothing has come yet.")
       .def_readwrite("send_time", &FM::send_time, "Sender's clock, s.")
@@ -178,8 +179,7 @@ void BindSenders(py::module_& m) {
       "position and\nchordal-mean rotation since the last message, the latest "
       "selections.")
       .def(py::init<const P&>(), py::arg("params") = P{})
-      .def_property_readonly(
-          "params", [](const PoseSender& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<PoseSender>)
       .def("make_state", &PoseSender::MakeState)
       .def(
           "update",
@@ -201,8 +201,7 @@ void BindSenders(py::module_& m) {
       m, "ForceSender",
       "Turns forces at the control rate into messages at the link's rate.")
       .def(py::init<const P&>(), py::arg("params") = P{})
-      .def_property_readonly(
-          "params", [](const ForceSender& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<ForceSender>)
       .def("make_state", &ForceSender::MakeState)
       .def(
           "update",
@@ -235,8 +234,7 @@ void BindChannel(py::module_& m, const char* name, const char* state_name,
                     "Messages refused because not finite.");
   py::class_<Channel>(m, name, doc)
       .def(py::init<const P&>(), py::arg("params") = P{})
-      .def_property_readonly("params",
-                             [](const Channel& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<Channel>)
       .def("make_state", &Channel::MakeState, py::arg("seed") = 0,
            "An empty channel. The same seed gives the same bits.")
       .def(
@@ -295,8 +293,7 @@ void BindLinkMonitor(py::module_& m) {
       m, "LinkMonitor",
       "Decides which messages may be acted on, and whether the link is alive.")
       .def(py::init<const P&>(), py::arg("params") = P{})
-      .def_property_readonly(
-          "params", [](const LinkMonitor& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<LinkMonitor>)
       .def("make_state", &LinkMonitor::MakeState)
       .def(
           "update",

@@ -2,7 +2,6 @@
 #include "mapping.h"
 
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace dual_proxy {
@@ -20,17 +19,13 @@ std::string Repr(const py::handle& value) {
                       Repr(value));
 }
 
-// Python's True is the integer 1; here it is no number.
-bool IsInteger(const py::handle& value) {
-  return py::isinstance<py::int_>(value) && !py::isinstance<py::bool_>(value);
-}
-
 template <typename Integer>
 void ReadInteger(const py::handle& value, const std::string& path,
                  Integer* result) {
-  if (!IsInteger(value)) ThrowExpected(path, "an integer", value);
+  const auto integer = AsInteger(value);
+  if (!integer) ThrowExpected(path, "an integer", value);
   try {
-    *result = value.cast<Integer>();
+    *result = integer->cast<Integer>();
   } catch (const py::cast_error&) {
     ThrowExpected(
         path, "an integer of " + std::to_string(8 * sizeof(Integer)) + " bits",
@@ -48,10 +43,9 @@ std::string FirstLeaf(const std::string& key, const py::handle& value) {
 }  // namespace
 
 void ReadLeaf(const py::handle& value, const std::string& path, bool* result) {
-  if (!py::isinstance<py::bool_>(value)) {
-    ThrowExpected(path, "true or false", value);
-  }
-  *result = value.cast<bool>();
+  const auto found = AsBool(value);
+  if (!found) ThrowExpected(path, "true or false", value);
+  *result = *found;
 }
 
 void ReadLeaf(const py::handle& value, const std::string& path, int* result) {
@@ -65,16 +59,10 @@ void ReadLeaf(const py::handle& value, const std::string& path,
 
 void ReadLeaf(const py::handle& value, const std::string& path,
               double* result) {
-  if (!IsInteger(value) && !py::isinstance<py::float_>(value)) {
-    ThrowExpected(path, "a number", value);
-  }
-  double number = PyFloat_AsDouble(value.ptr());
-  if (PyErr_Occurred()) {  // An integer beyond what a double can hold.
-    PyErr_Clear();
-    number = std::numeric_limits<double>::infinity();
-  }
-  if (!std::isfinite(number)) ThrowExpected(path, "a finite number", value);
-  *result = number;
+  const auto number = AsNumber(value);
+  if (!number) ThrowExpected(path, "a number", value);
+  if (!std::isfinite(*number)) ThrowExpected(path, "a finite number", value);
+  *result = *number;
 }
 
 void ReadLeaf(const py::handle& value, const std::string& path,
@@ -114,8 +102,10 @@ py::dict AsMapping(const py::handle& value, const std::string& path) {
 }
 
 py::list AsList(const py::handle& value, const std::string& path) {
-  if (!py::isinstance<py::list>(value)) ThrowExpected(path, "a list", value);
-  return value.cast<py::list>();
+  if (!py::isinstance<py::list>(value) && !py::isinstance<py::tuple>(value)) {
+    ThrowExpected(path, "a list", value);
+  }
+  return py::list(py::reinterpret_borrow<py::object>(value));
 }
 
 MappingReader::MappingReader(py::dict mapping, std::string path,

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -17,9 +20,9 @@
 #include "dual_proxy/common/serialize.h"
 
 /** @file
-What every file of bindings/ shares: arrays whose shape is checked with an error
-that names the argument, enums as lower-case strings, and one way to bind the
-plain `...Params` and `...State` structs. */
+What every file of bindings/ shares: numbers and arrays of Python and NumPy,
+checked with an error that names the argument, enums as lower-case strings, and
+one way to bind the plain `...Params` and `...State` structs. */
 
 namespace dual_proxy {
 
@@ -34,6 +37,17 @@ it. */
 py::array_t<double, py::array::forcecast> AsArray(const py::handle& value,
                                                   const char* name,
                                                   const std::string& expected);
+
+/** A number of Python or NumPy, also as an array without dimensions; infinite
+if beyond what a double holds. No bool is one, though Python's True is the
+integer 1. */
+std::optional<double> AsNumber(const py::handle& value);
+
+/** Likewise, an integer: Python's int. */
+std::optional<py::int_> AsInteger(const py::handle& value);
+
+/** A bool of Python or NumPy, also as an array without dimensions. */
+std::optional<bool> AsBool(const py::handle& value);
 
 /** "(3,)" or "(3, 3)". */
 std::string FixedShape(int rows, int cols);
@@ -104,11 +118,55 @@ inline constexpr bool kIsVector = false;
 template <typename T>
 inline constexpr bool kIsVector<std::vector<T>> = true;
 
-/** Copies of structs, as a tuple. */
+template <typename T>
+inline constexpr bool kIsMatrix = std::is_base_of_v<Eigen::MatrixBase<T>, T>;
+
+// What is read from parameters, but for nested ones, is a copy. Such a copy is
+// read-only, so that a change of it is an error and not silently lost.
+
+/** An array that cannot be written to. */
+template <typename Array>
+Array ReadOnly(Array array) {
+  array.attr("flags").attr("writeable") = false;
+  return array;
+}
+
+/** Makes `size` bytes at `begin`, an object that Python owns, read-only for
+Python until ForgetReadOnly(). */
+void MarkReadOnly(const void* begin, std::size_t size);
+void ForgetReadOnly(const void* begin);
+/** @throws AttributeError naming type and field if `params` is read-only. */
+void CheckWritable(const void* params, const py::handle& type,
+                   const char* field);
+
+/** A Params object whose fields, and those of the Params in it, cannot be set;
+copies of it can be changed again. Elsewhere it is what `Params` is. */
+template <typename Params>
+class ReadOnlyCopy : public py::object {
+ public:
+  explicit ReadOnlyCopy(const Params& params)
+      : py::object(py::cast(params, py::return_value_policy::copy)) {
+    MarkReadOnly(this->template cast<Params*>(), sizeof(Params));
+  }
+};
+
+/** An algorithm's `params` for Python. */
+template <typename Algorithm>
+auto ParamsOf(const Algorithm& self) {
+  return ReadOnlyCopy(self.params());
+}
+
+/** Copies of structs or arrays, as a tuple; read-only. */
 template <typename T>
 py::tuple AsTuple(const std::vector<T>& items) {
   py::list copies;
-  for (const T& item : items) copies.append(item);
+  for (const T& item : items) {
+    if constexpr (kIsMatrix<T>) {
+      copies.append(ReadOnly(py::array_t<double>(py::cast(item))));
+    } else {
+      copies.append(ReadOnlyCopy<T>(item));
+    }
+  }
   return py::tuple(copies);
 }
 
@@ -119,7 +177,7 @@ template <typename T>
 T FieldFromPython(const py::handle& value, const char* name) {
   if constexpr (std::is_enum_v<T>) {
     return EnumFromPython<T>(value, name);
-  } else if constexpr (std::is_base_of_v<Eigen::MatrixBase<T>, T>) {
+  } else if constexpr (kIsMatrix<T>) {
     return AsFixed<T>(value, name);
   } else if constexpr (kIsVector<T>) {
     if (!py::isinstance<py::list>(value) && !py::isinstance<py::tuple>(value)) {
@@ -135,33 +193,56 @@ T FieldFromPython(const py::handle& value, const char* name) {
   } else {
     std::string expected;
     if constexpr (std::is_same_v<T, bool>) {
+      if (const auto found = AsBool(value)) return *found;
       expected = "true or false";
     } else if constexpr (std::is_integral_v<T>) {
+      if (const auto found = AsInteger(value)) {
+        try {
+          return found->cast<T>();
+        } catch (const py::cast_error&) {  // Out of range.
+        }
+      }
       expected = "an integer";
     } else if constexpr (std::is_floating_point_v<T>) {
+      if (const auto found = AsNumber(value)) return *found;
       expected = "a number";
     } else if constexpr (std::is_same_v<T, std::string>) {
+      if (py::isinstance<py::str>(value)) return value.cast<T>();
       expected = "a string";
     } else {
+      if (py::isinstance<T>(value)) return value.cast<T>();
       expected =
           py::type::of<T>().attr("__name__").template cast<std::string>();
     }
-    try {
-      // Python's True is the integer 1; here it is neither number nor integer.
-      if (std::is_arithmetic_v<T> &&
-          py::isinstance<py::bool_>(value) != std::is_same_v<T, bool>) {
-        throw py::cast_error();
-      }
-      // Nor are bytes a string.
-      if (std::is_same_v<T, std::string> && !py::isinstance<py::str>(value)) {
-        throw py::cast_error();
-      }
-      return value.cast<T>();
-    } catch (const py::cast_error&) {
-      throw py::type_error("field `" + std::string(name) + "` expected " +
-                           expected + ", got " +
-                           py::repr(value).cast<std::string>());
-    }
+    throw py::type_error("field `" + std::string(name) + "` expected " +
+                         expected + ", got " +
+                         py::repr(value).cast<std::string>());
+  }
+}
+
+/** A field's type as Drake's yaml_load_typed() wants it: float, int, bool, str
+(for enums, too), numpy.ndarray, a Params class, or list[...] of one. */
+template <typename T>
+py::object FieldType() {
+  const auto builtin = [](PyTypeObject& type) {
+    return py::reinterpret_borrow<py::object>(
+        reinterpret_cast<PyObject*>(&type));
+  };
+  if constexpr (std::is_same_v<T, bool>) {
+    return builtin(PyBool_Type);
+  } else if constexpr (std::is_integral_v<T>) {
+    return builtin(PyLong_Type);
+  } else if constexpr (std::is_floating_point_v<T>) {
+    return builtin(PyFloat_Type);
+  } else if constexpr (std::is_enum_v<T> || std::is_same_v<T, std::string>) {
+    return builtin(PyUnicode_Type);
+  } else if constexpr (kIsMatrix<T>) {
+    return py::module_::import("numpy").attr("ndarray");
+  } else if constexpr (kIsVector<T>) {
+    return builtin(PyList_Type)
+        .attr("__class_getitem__")(FieldType<typename T::value_type>());
+  } else {
+    return py::type::of<T>();
   }
 }
 
@@ -185,20 +266,32 @@ struct NamesArchive {
   py::list names;
 };
 
+/** Deletes a Params object that Python owns. */
+struct ParamsDeleter {
+  template <typename Params>
+  void operator()(Params* params) const {
+    ForgetReadOnly(params);
+    delete params;
+  }
+};
+
 /** Binds a `...Params` struct: keyword constructor, read and write attributes
-(arrays are copies marked read-only, so that writing to an element is an error
-and not silently lost; lists are tuples of copies, to be changed by assigning
+(arrays, and lists as tuples, are read-only copies, to be changed by assigning
 the whole), `fields` (name -> doc), `validate()`, repr, equality, copy, deepcopy
-and pickle. `_serialized_names` are what Serialize() visits, if there is one; a
-test holds them to `fields`. */
+and pickle. `__fields__` (name and type of each) is the schema for Drake's
+yaml_load_typed() and yaml_dump_typed(). `_serialized_names` are what
+Serialize() visits, if there is one; a test holds them to `__fields__`. */
 template <typename Params>
 class BindParams {
  public:
+  using Class = py::class_<Params, std::unique_ptr<Params, ParamsDeleter>>;
+
   /** @param checked whether the constructor validates. */
   BindParams(py::module_& m, const char* name, const char* doc,
              bool checked = true)
       : class_(m, name, doc) {
     class_.attr("fields") = py::dict();
+    class_.attr("__fields__") = py::list();
     if constexpr (Serializable<Params>) {
       NamesArchive archive;
       Params().Serialize(&archive);
@@ -239,45 +332,102 @@ class BindParams {
 
   template <typename T>
   BindParams& Field(const char* name, T Params::* member, const char* doc) {
-    class_.attr("fields")[name] = doc;
-    const auto set = [member, name](Params& self, const py::object& value) {
-      self.*member = FieldFromPython<T>(value, name);
+    AppendSchema(name, FieldType<T>());
+    return Attribute(name, member, doc);
+  }
+
+  /** A field that holds Params whose keys stand directly in this struct's: they
+  are attributes of this one, too. */
+  template <typename T>
+  BindParams& EmbeddedField(const char* name, T Params::* member,
+                            const char* doc) {
+    for (const py::handle& field : py::type::of<T>().attr("__fields__")) {
+      const auto key = field.attr("name").template cast<std::string>();
+      AppendSchema(key.c_str(), field.attr("type"));
+      const std::string part = name;
+      class_.def_property(
+          key.c_str(),
+          [part, key](const py::object& self) {
+            return py::object(self.attr(part.c_str()).attr(key.c_str()));
+          },
+          [part, key](const py::object& self, const py::object& value) {
+            self.attr(part.c_str()).attr(key.c_str()) = value;
+          },
+          py::type::of<T>()
+              .attr("fields")[key.c_str()]
+              .template cast<std::string>()
+              .c_str());
+    }
+    return Attribute(name, member, doc);
+  }
+
+  /** A field with an array of a shape of its own: `get(params)` returns a
+  read-only array, `set(&params, value)` checks the value's shape. */
+  template <typename Get, typename Set>
+  BindParams& ArrayField(const char* name, const Get& get, const Set& set,
+                         const char* doc) {
+    AppendSchema(name, FieldType<Eigen::VectorXd>());
+    return Property(name, get, set, doc);
+  }
+
+  Class& py_class() { return class_; }
+
+ private:
+  void AppendSchema(const char* name, const py::object& type) {
+    using py::literals::operator""_a;
+    class_.attr("__fields__")
+        .attr("append")(py::module_::import("types").attr("SimpleNamespace")(
+            "name"_a = name, "type"_a = type));
+  }
+
+  template <typename T>
+  BindParams& Attribute(const char* name, T Params::* member, const char* doc) {
+    const auto set = [member, name](Params* self, const py::object& value) {
+      self->*member = FieldFromPython<T>(value, name);
     };
     if constexpr (std::is_enum_v<T>) {
-      class_.def_property(
+      return Property(
           name,
           [member](const Params& self) { return EnumToString(self.*member); },
           set, doc);
-    } else if constexpr (std::is_base_of_v<Eigen::MatrixBase<T>, T>) {
-      class_.def_property(
+    } else if constexpr (kIsMatrix<T>) {
+      return Property(
           name,
           [member](const Params& self) {
-            const py::object array = py::cast(T(self.*member));
-            array.attr("flags").attr("writeable") = false;
-            return py::array_t<double>(array);
+            return ReadOnly(py::array_t<double>(py::cast(T(self.*member))));
           },
           set, doc);
     } else if constexpr (kIsVector<T>) {
-      class_.def_property(
+      return Property(
           name, [member](const Params& self) { return AsTuple(self.*member); },
           set, doc);
     } else if constexpr (std::is_arithmetic_v<T> ||
                          std::is_same_v<T, std::string>) {
-      class_.def_property(
+      return Property(
           name, [member](const Params& self) { return self.*member; }, set,
           doc);
     } else {
-      class_.def_property(
-          name, [member](Params& self) -> T& { return self.*member; }, set,
-          py::return_value_policy::reference_internal, doc);
+      return Property(
+          name, [member](Params& self) -> T& { return self.*member; }, set, doc,
+          py::return_value_policy::reference_internal);
     }
+  }
+
+  template <typename Get, typename Set, typename... Extra>
+  BindParams& Property(const char* name, const Get& get, const Set& set,
+                       const char* doc, const Extra&... extra) {
+    class_.attr("fields")[name] = doc;
+    class_.def_property(
+        name, get,
+        [set, name](Params& self, const py::object& value) {
+          CheckWritable(&self, py::type::of<Params>(), name);
+          set(&self, value);
+        },
+        extra..., doc);
     return *this;
   }
 
-  py::class_<Params>& py_class() { return class_; }
-
- private:
-  py::class_<Params> class_;
+  Class class_;
 };
 
 /** Binds a `...State` struct as a copyable value (`copy`, `deepcopy`). It is
@@ -293,3 +443,9 @@ py::class_<State> BindState(py::module_& m, const char* name, const char* doc) {
 }
 
 }  // namespace dual_proxy
+
+// In signatures, what it is.
+template <typename Params>
+struct pybind11::detail::handle_type_name<dual_proxy::ReadOnlyCopy<Params>> {
+  static constexpr auto name = make_caster<Params>::name;
+};

@@ -204,8 +204,7 @@ void BindContactHistory(py::module_& m) {
       "goes on to another, and gives its prior to later\nvisits, not to "
       "itself. Passing a place without contact notes and erases nothing.")
       .def(py::init<const Params&>(), py::arg("params") = Params())
-      .def_property_readonly("params",
-                             [](const History& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<History>)
       .def("make_state", &History::MakeState, "Nothing remembered.")
       .def(
           "update",
@@ -287,9 +286,7 @@ void BindForceTorqueAdapter(py::module_& m) {
       "From what a wrist sensor measures to what the tool exerts on its "
       "environment: bias, weight\nand inertia of the tool, sign.")
       .def(py::init<const P&>(), py::arg("params") = P())
-      .def_property_readonly(
-          "params",
-          [](const ForceTorqueAdapter& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<ForceTorqueAdapter>)
       .def("make_state", &ForceTorqueAdapter::MakeState)
       .def(
           "update",
@@ -407,8 +404,7 @@ void BindPerception(py::module_& m) {
                         "The force-space particle filter without its state; "
                         "see ForceSpaceParticleFilter.")
       .def(py::init<const Params&>(), py::arg("params") = Params())
-      .def_property_readonly(
-          "params", [](const Algorithm& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<Algorithm>)
       .def("make_state", &Algorithm::MakeState, py::arg("seed") = 0,
            "Every particle at the centre. The same seed gives the same bits.")
       .def(
@@ -443,8 +439,10 @@ void BindPerception(py::module_& m) {
   filter
       .def(py::init<const Params&, std::uint64_t>(),
            py::arg("params") = Params(), py::arg("seed") = 0)
-      .def_property_readonly(
-          "params", [](const Filter& self) { return self.algorithm.params(); })
+      .def_property_readonly("params",
+                             [](const Filter& self) {
+                               return ReadOnlyCopy(self.algorithm.params());
+                             })
       .def(
           "update",
           [](Filter& self, const py::object& sensed_force,

@@ -48,8 +48,7 @@ void BindWorkspace(py::module_& m) {
            "R_DB: (3, 3); p_cw: (3,), m, in B; R_cw: (3, 3); scale > 0. Raises "
            "ValueError that names\nthe one that has another shape, is no "
            "rotation, not finite or out of range.")
-      .def_property_readonly(
-          "params", [](const WorkspaceMap& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<WorkspaceMap>)
       .def(
           "robot_proxy",
           [](const WorkspaceMap& self, const py::object& x_h,
@@ -93,8 +92,7 @@ void BindWorkspace(py::module_& m) {
   py::class_<WorkspaceLimits>(m, "WorkspaceLimits",
                               "Keeps positions inside a convex workspace.")
       .def(py::init<const L&>(), py::arg("params") = L{})
-      .def_property_readonly(
-          "params", [](const WorkspaceLimits& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<WorkspaceLimits>)
       .def(
           "clamp",
           [](const WorkspaceLimits& self, const py::object& p) {
@@ -157,8 +155,7 @@ void BindLimiters(py::module_& m) {
       "of velocity and\nacceleration: the time-optimal way of every axis, on "
       "its own.")
       .def(py::init<const P&>(), py::arg("params") = P{})
-      .def_property_readonly(
-          "params", [](const TrajectoryLimiter& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<TrajectoryLimiter>)
       .def(
           "make_state",
           [](const TrajectoryLimiter& self, const py::object& position,
@@ -217,8 +214,7 @@ void BindVirtualSpring(py::module_& m) {
       "The spring between proxy and robot (or hand) in force space, eq. (4) "
       "and (5), saturated\nand rate-limited: F = -k Omega (x - x_p).")
       .def(py::init<const P&>(), py::arg("params") = P{})
-      .def_property_readonly(
-          "params", [](const VirtualSpring& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<VirtualSpring>)
       .def("make_state", &VirtualSpring::MakeState)
       .def(
           "update",
@@ -302,8 +298,7 @@ void BindRobotSideProxy(py::module_& m) {
       "The robot side of the dual proxy: turns the device's delayed poses into "
       "motion errors and\nreference forces, eq. (4).")
       .def(py::init<const P&>(), py::arg("params") = P{})
-      .def_property_readonly(
-          "params", [](const RobotSideProxy& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<RobotSideProxy>)
       .def("make_state", &RobotSideProxy::MakeState)
       .def(
           "update",
@@ -383,8 +378,7 @@ void BindHapticSideProxy(py::module_& m) {
       m, "HapticSideProxy",
       "The haptic side of the dual proxy: what the hand is to feel, eq. (5).")
       .def(py::init<const P&>(), py::arg("params") = P{})
-      .def_property_readonly(
-          "params", [](const HapticSideProxy& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<HapticSideProxy>)
       .def_property_readonly("stiffness", &HapticSideProxy::stiffness,
                              "k_vir_h in use, N/m.")
       .def("make_state", &HapticSideProxy::MakeState)

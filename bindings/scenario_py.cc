@@ -95,12 +95,9 @@ void BindLinkAndOperator(py::module_& m) {
   BindParams<L> link(m, "LinkParams",
                      "Both directions of the link alike; in a scenario the "
                      "keys of all three stand directly in `link`.");
-  link.Field("sender", &L::sender, "PoseSenderParams")
-      .Field("channel", &L::channel, "CommunicationChannelParams")
-      .Field("monitor", &L::monitor, "LinkMonitorParams");
-  link.py_class()
-      .def_property_readonly("rate", &L::rate, "Messages per second.")
-      .def_property_readonly("delay", &L::delay, "One-way delay, s.");
+  link.EmbeddedField("sender", &L::sender, "PoseSenderParams")
+      .EmbeddedField("channel", &L::channel, "CommunicationChannelParams")
+      .EmbeddedField("monitor", &L::monitor, "LinkMonitorParams");
 
   using W = Waypoint;
   BindParams<W>(m, "Waypoint", "A place to be at rest at a time.")
@@ -137,10 +134,11 @@ void BindScenario(py::module_& m) {
                 "and angular\nvelocity. In a scenario the keys of `filter` "
                 "stand directly in `angular_filter`.")
       .Field("enabled", &A::enabled, "whether it runs, default false")
-      .Field("filter", &A::filter,
-             "ForceSpaceParticleFilterParams, with N m for N and rad/s for "
-             "m/s; thresholds by default (0.08, 0.2, 0.02, 0.1) for update, "
-             "(0, 0.05, 0.02, 0.2) for resampling");
+      .EmbeddedField(
+          "filter", &A::filter,
+          "ForceSpaceParticleFilterParams, with N m for N and rad/s for "
+          "m/s; thresholds by default (0.08, 0.2, 0.02, 0.1) for update, "
+          "(0, 0.05, 0.02, 0.2) for resampling");
 
   using S = Scenario;
   // The defaults alone are no valid scenario: they have no waypoints.
@@ -181,6 +179,9 @@ void BindScenario(py::module_& m) {
       .Field("sensor", &S::sensor, "ForceTorqueSensorParams")
       .Field("operator", &S::operator_params, "OperatorParams");
   auto& cls = scenario.py_class();
+  // A file's presets and overrides are more than fields: load_scenario() reads
+  // them, Drake's yaml_load_typed() would not.
+  py::delattr(cls, "__fields__");
   cls.attr("SCHEMES") = EnumNames<Scheme>();
   cls.attr("LAWS") = EnumNames<Law>();
   cls.def(

@@ -146,8 +146,7 @@ void BindRobotSide(py::module_& m) {
       "All of the robot side's work in one control cycle: proxy, controller, "
       "means for the filter, senders.")
       .def(py::init<P>(), py::arg("params") = P{})
-      .def_property_readonly("params", &RobotSide::params,
-                             py::return_value_policy::copy)
+      .def_property_readonly("params", &ParamsOf<RobotSide>)
       .def("make_state", &RobotSide::MakeState)
       .def_static(
           "calc_twist",
@@ -253,8 +252,7 @@ void BindHapticSide(py::module_& m) {
       "All of the haptic side's work in one control cycle: proxy, device "
       "controller, sender.")
       .def(py::init<P>(), py::arg("params") = P{})
-      .def_property_readonly("params", &HapticSide::params,
-                             py::return_value_policy::copy)
+      .def_property_readonly("params", &ParamsOf<HapticSide>)
       .def("make_state", &HapticSide::MakeState)
       .def_static(
           "output_layout",

@@ -18,11 +18,6 @@ namespace {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-py::array ReadOnly(py::array array) {
-  array.attr("flags").attr("writeable") = false;
-  return array;
-}
-
 Eigen::VectorXd Times(const py::object& value) {
   const auto array = AsArray(value, "times", "(n,)");
   if (array.ndim() != 1) ThrowShape("times", "(n,)", array);
@@ -39,39 +34,40 @@ Eigen::Matrix3Xd Columns(const py::object& value, const char* name) {
 
 void BindOperator(py::module_& m) {
   using Params = OperatorPathParams;
-  BindParams<Params> params(m, "OperatorPathParams",
-                            "Parameters of OperatorPath: where the operator "
-                            "wants the tool or the handle, and when.");
-  const char* times_doc = "(n,), s, strictly increasing, n >= 1";
-  params.py_class().attr("fields")["times"] = times_doc;
-  params.py_class().def_property(
-      "times",
-      [](const Params& self) { return ReadOnly(py::cast(self.times)); },
-      [](Params& self, const py::object& value) { self.times = Times(value); },
-      times_doc);
-  const char* points_doc =
-      "(3, n), m, one column per time, in B for the tool or D for the handle";
-  params.py_class().attr("fields")["points"] = points_doc;
-  params.py_class().def_property(
-      "points",
-      [](const Params& self) { return ReadOnly(py::cast(self.points)); },
-      [](Params& self, const py::object& value) {
-        self.points = Columns(value, "points");
-      },
-      points_doc);
-  params.Field("interpolation", &Params::interpolation,
-               "\"minimum_jerk\", \"linear\" or \"cubic\" (recorded motion)");
-  const char* rotations_doc =
-      "(3, n), rad, rotation vectors from the start, in the frame of `points`; "
-      "or (3, 0): no rotation";
-  params.py_class().attr("fields")["rotations"] = rotations_doc;
-  params.py_class().def_property(
-      "rotations",
-      [](const Params& self) { return ReadOnly(py::cast(self.rotations)); },
-      [](Params& self, const py::object& value) {
-        self.rotations = Columns(value, "rotations");
-      },
-      rotations_doc);
+  BindParams<Params>(m, "OperatorPathParams",
+                     "Parameters of OperatorPath: where the operator wants the "
+                     "tool or the handle, and when.")
+      .ArrayField(
+          "times",
+          [](const Params& self) {
+            return ReadOnly(py::array(py::cast(self.times)));
+          },
+          [](Params* self, const py::object& value) {
+            self->times = Times(value);
+          },
+          "(n,), s, strictly increasing, n >= 1")
+      .ArrayField(
+          "points",
+          [](const Params& self) {
+            return ReadOnly(py::array(py::cast(self.points)));
+          },
+          [](Params* self, const py::object& value) {
+            self->points = Columns(value, "points");
+          },
+          "(3, n), m, one column per time, in B for the tool or D for the "
+          "handle")
+      .Field("interpolation", &Params::interpolation,
+             "\"minimum_jerk\", \"linear\" or \"cubic\" (recorded motion)")
+      .ArrayField(
+          "rotations",
+          [](const Params& self) {
+            return ReadOnly(py::array(py::cast(self.rotations)));
+          },
+          [](Params* self, const py::object& value) {
+            self->rotations = Columns(value, "rotations");
+          },
+          "(3, n), rad, rotation vectors from the start, in the frame of "
+          "`points`; or (3, 0): no rotation");
   py::class_<OperatorPath>(
       m, "OperatorPath",
       "What the simulated operator intends: a path through given points at "
@@ -93,8 +89,7 @@ void BindOperator(py::module_& m) {
            py::arg("rotations") = py::none(),
            "times: (n,), s. points: (3, n), m. rotations: (3, n), rad, or "
            "(3, 0) for none.")
-      .def_property_readonly(
-          "params", [](const OperatorPath& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<OperatorPath>)
       .def(
           "calc",
           [](const OperatorPath& self, double time) {
@@ -164,9 +159,7 @@ void BindHapticDevice(py::module_& m) {
       m, "SimulatedHapticDevice",
       "A simulated haptic device in a simulated hand that pulls it along.")
       .def(py::init<const Params&>(), py::arg("params") = Params())
-      .def_property_readonly(
-          "params",
-          [](const SimulatedHapticDevice& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<SimulatedHapticDevice>)
       .def(
           "make_state",
           [](const SimulatedHapticDevice& self, const py::object& position,
@@ -243,8 +236,7 @@ void BindForceTorqueSensor(py::module_& m) {
       "A simulated six-axis force/torque sensor between arm and tool, and the "
       "adapter behind it.")
       .def(py::init<const Params&>(), py::arg("params") = Params())
-      .def_property_readonly(
-          "params", [](const ForceTorqueSensor& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<ForceTorqueSensor>)
       .def("make_state", &ForceTorqueSensor::MakeState, py::arg("seed") = 0,
            "The same seed gives the same noise.")
       .def(
@@ -310,8 +302,7 @@ void BindContact(py::module_& m) {
       "An analytic surface that a spherical tool touches, with friction.")
       .def(py::init<const SurfaceParams&>(),
            py::arg("params") = SurfaceParams())
-      .def_property_readonly(
-          "params", [](const ContactSurface& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<ContactSurface>)
       .def(
           "calc",
           [](const ContactSurface& self, const py::object& p,
@@ -377,8 +368,7 @@ void BindContact(py::module_& m) {
   py::class_<ContactScene>(m, "ContactScene",
                            "A few surfaces and the tool that touches them.")
       .def(py::init<const SceneParams&>(), py::arg("params") = SceneParams())
-      .def_property_readonly(
-          "params", [](const ContactScene& self) { return self.params(); })
+      .def_property_readonly("params", &ParamsOf<ContactScene>)
       .def(
           "calc",
           [](const ContactScene& self, const py::object& p,
@@ -415,10 +405,10 @@ void BindPointRobot(py::module_& m) {
       .def(py::init<const Params&, const ContactSceneParams&>(),
            py::arg("params") = Params(),
            py::arg("scene") = ContactSceneParams())
+      .def_property_readonly("params", &ParamsOf<PointRobot>)
       .def_property_readonly(
-          "params", [](const PointRobot& self) { return self.params(); })
-      .def_property_readonly(
-          "scene", [](const PointRobot& self) { return self.scene(); })
+          "scene",
+          [](const PointRobot& self) { return ReadOnlyCopy(self.scene()); })
       .def(
           "make_state",
           [](const PointRobot& self, const py::object& position) {

@@ -132,9 +132,10 @@ class RunError(RuntimeError):
         super().__init__(message)
         self.run = run
 
-    def __reduce__(self) -> tuple[type[RunError], tuple[str, Run]]:
-        """How it comes from another process."""
-        return type(self), (str(self), self.run)
+    def __reduce__(self) -> tuple[Any, ...]:
+        # What `args` does not hold goes along, or a pool of processes that gets
+        # this error breaks.
+        return type(self), (*self.args, self.run), vars(self)
 
 
 def change_scenario(

@@ -244,9 +244,28 @@ def pose(port: InputPort, context: Context) -> tuple[Vector, Vector]:
     return X.translation(), X.rotation().matrix()
 
 
+def typed(port: InputPort, context: Context, kind: type) -> Any:
+    """Returns the value of an object port, which must be connected.
+
+    To Drake all Python objects are of one type: Connect takes any.
+
+    Raises
+    ------
+    TypeError
+        Naming system and port, if the value is not of that kind.
+    """
+    value = port.Eval(context)
+    if not isinstance(value, kind):
+        raise TypeError(
+            f"{port.get_system().GetSystemPathname()}: input port "
+            f"`{port.get_name()}` expected {kind.__name__}, got {type(value).__name__}"
+        )
+    return value
+
+
 def message(port: InputPort, context: Context, empty: Any) -> Any:
-    """Returns the message at a port, `empty` if it is not connected."""
-    return port.Eval(context) if port.HasValue(context) else empty
+    """Returns the message at a port as `typed`, `empty` if it is not connected."""
+    return typed(port, context, type(empty)) if port.HasValue(context) else empty
 
 
 def rigid_transform(p: Any, R: Any) -> RigidTransform:

@@ -16,12 +16,15 @@ from dual_proxy.systems._face import (
     check_positive,
     matrix,
     pose,
+    typed,
 )
 
 #: When the channel looks for a message, in periods after each multiple of its
 #: interval: more than the half that the sender may be late, and between steps
 #: for every rate in use.
 _LOOK = 0.6
+
+_KINDS = (_core.PoseMessage, _core.ForceMessage)
 
 
 class PoseSender(Face):
@@ -112,6 +115,12 @@ class CommunicationChannel(Face):
         check_positive("CommunicationChannel", "rate", rate)
         check_positive("CommunicationChannel", "period", period)
         model = message if message is not None else _core.PoseMessage()
+        self._kind = next((kind for kind in _KINDS if isinstance(model, kind)), None)
+        if self._kind is None:
+            raise TypeError(
+                "CommunicationChannel: `message` expected PoseMessage() or "
+                f"ForceMessage(), got {message!r}"
+            )
         params = deepcopy(params or _core.CommunicationChannelParams())
         self._channel: _core.CommunicationChannel | _core.ForceCommunicationChannel = (
             _core.ForceCommunicationChannel(params)
@@ -142,7 +151,8 @@ class CommunicationChannel(Face):
             )
 
     def _step(self, context: Context, state: Any) -> None:
-        self._channel.send(context.get_time(), self._message.Eval(context), state)
+        newest = typed(self._message, context, self._kind)
+        self._channel.send(context.get_time(), newest, state)
 
     def _calc_message(self, context: Context, output: Output) -> None:
         output.set_value(

@@ -17,6 +17,7 @@ from dual_proxy.systems._face import (
     check_positive,
     matrix,
     pose,
+    typed,
     vector,
 )
 
@@ -96,7 +97,7 @@ class ForceSpaceParticleFilter(Face):
 
     def _step(self, context: Context, state: Any) -> None:
         if self._prior.HasValue(context):
-            self._filter.offer_prior(self._prior.Eval(context), state)
+            self._filter.offer_prior(typed(self._prior, context, np.ndarray), state)
         F_s, v, F_m, F_f = (vector(port, context) for port in self._inputs_3)
         self._filter.update(F_s, v, F_m, F_f, state)
 

@@ -18,6 +18,7 @@ from dual_proxy.systems._face import (
     matrix,
     message,
     pose,
+    typed,
 )
 
 _EMPTY = _core.PoseMessage()
@@ -215,4 +216,5 @@ class PositionForceHapticSide(Face):
         )
 
     def _step(self, context: Context, state: Any) -> None:
-        self._side.update(context.get_time(), self._message.Eval(context), state)
+        newest = typed(self._message, context, _core.ForceMessage)
+        self._side.update(context.get_time(), newest, state)

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A port of the wrong type is refused when connected, or named in the error."""
+
+import itertools
+import re
+
+import numpy as np
+import pytest
+from face_table import FACES, Source, added
+from pydrake.math import RigidTransform
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+import dual_proxy as dp
+from dual_proxy import systems
+VALUES = {
+    "PoseMessage": dp.PoseMessage(),
+    "ForceMessage": dp.ForceMessage(),
+    "RigidTransform": RigidTransform(),
+    "Matrix3X": np.zeros((3, 1)),
+}
+PORTS = [
+    (name, port)
+    for name, entry in FACES.items()
+    for port in entry.inputs
+    if port.type is not None
+]
+
+
+@pytest.mark.parametrize(
+    ("face", "port", "wrong"),
+    [
+        (face, port, wrong)
+        for (face, port), wrong in itertools.product(PORTS, VALUES)
+        if wrong != port.type
+    ],
+    ids=lambda item: getattr(item, "name", item),
+)
+def test_the_error_names_system_port_and_types(face, port, wrong):
+    builder = DiagramBuilder()
+    dut = added(builder, FACES[face].make())
+    dut.set_name("dut")
+    for name, function in FACES[face].sources.items():
+        if name == port.name:
+            function = lambda t: VALUES[wrong]  # noqa: E731
+        source = builder.AddNamedSystem(f"source of {name}", Source(function))
+        try:
+            builder.Connect(source.get_output_port(), dut.GetInputPort(name))
+        except RuntimeError as error:  # Of Drake.
+            assert name == port.name
+            assert "Mismatched value types" in str(error)
+            assert re.search(rf"source of {name}.*{name}.*dut", str(error), re.DOTALL)
+            return
+    simulator = Simulator(builder.Build())
+    expected = VALUES[port.type]
+    with pytest.raises(
+        TypeError,
+        match=f"dut: input port `{port.name}` expected {type(expected).__name__}, "
+        f"got {type(VALUES[wrong]).__name__}",
+    ):
+        simulator.AdvanceTo(0.05)
+
+
+@pytest.mark.parametrize("message", [dp.ForceMessage, "PoseMessage", np.zeros(3)])
+def test_a_channel_for_what_is_no_message_is_refused(message):
+    with pytest.raises(TypeError, match="CommunicationChannel: `message` expected"):
+        systems.CommunicationChannel(message=message)
