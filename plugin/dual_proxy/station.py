@@ -14,6 +14,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import dual_proxy._pydrake  # noqa: F401
+
+# isort: split
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
