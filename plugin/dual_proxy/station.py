@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from pydrake.common.value import Value
-from pydrake.geometry import StartMeshcat
+from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import ContactResults
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
@@ -129,7 +129,7 @@ class Station:
         self._drawer = None
         if meshcat:
             self._drawer = SceneDrawer(
-                StartMeshcat(), scenario.scene, _core.WorkspaceMap(scenario.map)
+                Meshcat(), scenario.scene, _core.WorkspaceMap(scenario.map)
             )
 
     def advance_to(self, time: float) -> None:
