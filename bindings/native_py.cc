@@ -169,7 +169,11 @@ PYBIND11_MODULE(_native, m) {
   m.doc() =
       "The C++ LeafSystems for pydrake diagrams. Not for direct use: see "
       "`add_to` of the\nclasses in dual_proxy.systems.";
-  py::module_::import("pydrake.systems.framework");
+  const auto framework = py::module_::import("pydrake.systems.framework");
+  if (!py::hasattr(framework.attr("DiagramBuilder"), "_pybind11_conduit_v1_")) {
+    throw py::import_error(
+        "pydrake hands out no C++ objects, as Drake 1.57 and earlier do");
+  }
   py::module_::import("dual_proxy._core");
   if (CountDrakeLibraries() != 1) {
     throw py::import_error(

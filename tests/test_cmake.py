@@ -131,6 +131,19 @@ def test_wheel_with_headers(project, headers):
     assert f"library: {project.environment['PYTHONPATH']}/pydrake/lib" in output
 
 
+def test_version_is_that_of_the_wheel(project, headers):
+    pydrake = Path(project.environment["PYTHONPATH"]) / "pydrake"
+    write(pydrake / "doc" / "drake" / "VERSION.TXT", "1.58.0 0000000\n")
+    write(headers / "VERSION.TXT", "1.58.0 0000000\n")
+    output = project.configure(DRAKE_INCLUDE_DIR=headers)
+    assert "DRAKE: 1.58.0, the pydrake wheel's library" in output
+    write(headers / "VERSION.TXT", "1.51.1 778ac9e\n")
+    output = project.configure(DRAKE_INCLUDE_DIR=headers)
+    assert (
+        "expected headers of Drake 1.58.0, as the pydrake wheel, got 1.51.1" in output
+    )
+
+
 def test_environment_variable_counts_and_may_change(project, headers, tmp_path):
     project.configure()
     project.environment["DRAKE_INCLUDE_DIR"] = str(headers)

@@ -24,6 +24,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import dual_proxy._pydrake  # noqa: F401
+
+# isort: split
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.common.value import Value

@@ -26,6 +26,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+import dual_proxy._pydrake  # noqa: F401
+
+# isort: split
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray

@@ -15,11 +15,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import dual_proxy._pydrake  # noqa: F401
+
+# isort: split
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from pydrake.common.value import Value
-from pydrake.geometry import StartMeshcat
+from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import ContactResults
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
@@ -133,7 +136,7 @@ class Station:
         self._drawer = None
         if meshcat:
             self._drawer = SceneDrawer(
-                StartMeshcat(), scenario.scene, _core.WorkspaceMap(scenario.map)
+                Meshcat(), scenario.scene, _core.WorkspaceMap(scenario.map)
             )
 
     def advance_to(self, time: float) -> None:

@@ -12,6 +12,7 @@ Systems of your own that take or give messages use `make_value`, `set_value` and
 `get_value`, which fit both.
 """
 
+import dual_proxy._pydrake  # noqa: F401
 from dual_proxy.systems._face import LINK_STATUS_FIELDS
 from dual_proxy.systems._values import get_value, make_value, set_value
 from dual_proxy.systems.control import (
