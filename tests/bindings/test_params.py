@@ -288,7 +288,7 @@ def test_what_is_not_written_keeps_the_given_default():
 
 def test_errors_of_the_schema_are_drakes_and_of_the_values_are_ours():
     kind = dp.PandaSceneParams
-    with pytest.raises(RuntimeError, match="'fricton'.* unknown to the schema"):
+    with pytest.raises(RuntimeError, match=r"'fricton'.* unknown to the schema"):
         yaml_load_typed(schema=kind, data="{fricton: 1}")
     with pytest.raises(ValueError, match="field `tool` expected one of"):
         yaml_load_typed(schema=kind, data="{tool: cube}")

@@ -47,8 +47,8 @@ TEST_F(ForceLoopTest, LawOfEquation13) {
 }
 
 // Against nothing the loop drives the tool to the speed limit at most, however
-// large the force that it wants, with a period of delay and a force that changes
-// only so fast, as the arm's.
+// large the force that it wants, with a period of delay and a force that
+// changes only so fast, as the arm's.
 TEST_F(ForceLoopTest, SpeedLimitHoldsAToolThatNothingStops) {
   params_.speed_limit = 0.1;
   for (const double mass : {1.0, 4.0, 7.0}) {

@@ -20,15 +20,15 @@ def find_errors():
         for info in pkgutil.walk_packages(dp.__path__, "dual_proxy.")
         if info.name not in ("dual_proxy._native", "dual_proxy.__main__")
     ]
-    found = {item for module in modules for item in vars(module).values()}
     return sorted(
-        (
+        {
             item
-            for item in found
+            for module in modules
+            for item in vars(module).values()
             if isinstance(item, type)
             and issubclass(item, BaseException)
             and item.__module__.startswith("dual_proxy")
-        ),
+        },
         key=lambda item: item.__name__,
     )
 
