@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterMeans', 'AngularFilterParams', 'ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterMeans', 'AngularFilterParams', 'ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -150,6 +150,7 @@ class PoseSenderParams:
     """
     Parameters of a sender.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('rate', 'average', 'period')
     fields: typing.ClassVar[dict] = {'rate': 'Hz, in (0, 1/period], default 50', 'average': 'send the mean since the last message, not the newest sample, default true', 'period': 's, > 0, between samples, default 0.001'}
@@ -270,9 +271,10 @@ class CommunicationChannelParams:
     """
     Parameters of a simulated link, one way.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('delay', 'jitter', 'loss', 'reordering')
-    fields: typing.ClassVar[dict] = {'delay': 's, one way, >= 0, default 0', 'jitter': 's, >= 0: standard deviation of the normal whose absolute value is added to the delay, default 0', 'loss': 'probability of loss, in [0, 1), default 0', 'reordering': 'whether a message may overtake another, default true'}
+    fields: typing.ClassVar[dict] = {'delay': 's, one way, >= 0, default 0', 'jitter': 's, >= 0: standard deviation of the normal whose absolute value is added to the delay, default 0', 'loss': 'probability of loss, in [0, 1], default 0', 'reordering': 'whether a message may overtake another, default true'}
     def __copy__(self) -> CommunicationChannelParams:
         ...
     def __deepcopy__(self, memo: dict) -> CommunicationChannelParams:
@@ -313,7 +315,7 @@ class CommunicationChannelParams:
     @property
     def loss(self) -> float:
         """
-        probability of loss, in [0, 1), default 0
+        probability of loss, in [0, 1], default 0
         """
     @loss.setter
     def loss(self, arg1: typing.Any) -> None:
@@ -452,6 +454,7 @@ class LinkMonitorParams:
     """
     Parameters of LinkMonitor.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('timeout', 'max_age', 'spike_threshold')
     fields: typing.ClassVar[dict] = {'timeout': 's, > 0: silence after which the link is lost, default 0.5', 'max_age': 's, > 0: older messages are dropped, default 5', 'spike_threshold': 's, > 0: a message this much later than the fastest is a latency spike, default 0.1'}
@@ -582,6 +585,7 @@ class WorkspaceMapParams:
     """
     How the device's workspace lies in the robot's.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('R_DB', 'p_cw', 'R_cw', 'scale')
     fields: typing.ClassVar[dict] = {'R_DB': '(3, 3), rotation from the robot base frame B to the device base frame D, default identity', 'p_cw': "(3,), m, in B: robot position at the device's home, default 0", 'R_cw': "(3, 3), R_BE at the device's home, default identity", 'scale': 'metres of the robot per metre of the device, > 0, default 2.5'}
@@ -676,6 +680,7 @@ class WorkspaceLimitsParams:
     """
     Where the robot proxy may go.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('shape', 'center', 'half_size', 'radius', 'half_height')
     fields: typing.ClassVar[dict] = {'shape': '"none", "box", "sphere" or "cylinder" (about B\'s z), default "none"', 'center': '(3,), m, in B, default 0', 'half_size': 'box: half of each side, (3,), m, >= 0, default 0.5', 'radius': 'sphere and cylinder: m, > 0, default 0.5', 'half_height': 'cylinder: m, >= 0, default 0.5'}
@@ -761,6 +766,7 @@ class TrajectoryLimiterParams:
     """
     Limits of the motion of the robot proxy, per axis of B.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('max_velocity', 'max_acceleration', 'max_angular_velocity', 'max_angular_acceleration', 'period')
     fields: typing.ClassVar[dict] = {'max_velocity': 'm/s, > 0, default 0.2', 'max_acceleration': 'm/s^2, > 0, default 10', 'max_angular_velocity': 'rad/s, > 0, default 1', 'max_angular_acceleration': 'rad/s^2, > 0, default 20', 'period': 's, > 0, default 0.001'}
@@ -890,8 +896,9 @@ class VirtualSpringParams:
     """
     Parameters of VirtualSpring; of moments with N m and rad.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'stiffness': 'N/m, >= 0, default 500', 'max_force': 'N, >= 0, default 20', 'rate': 'N/s, > 0, default 50', 'handover': '"printed" or "bumpless": how the force starts in a new direction, default "printed"', 'new_direction_angle': 'rad, in (0, pi/2): from the last force space, beyond which a direction is new, default pi/3', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'stiffness': 'N/m, >= 0, default 500', 'max_force': 'N, >= 0, default 20', 'leash': 'm, >= 0, 0 is off: displacement beyond which max_force bounds no more, default 0', 'rate': 'N/s, > 0, default 50', 'handover': '"printed" or "bumpless": how the force starts in a new direction, default "printed"', 'new_direction_angle': 'rad, in (0, pi/2): from the last force space, beyond which a direction is new, default pi/3', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> VirtualSpringParams:
         ...
     def __deepcopy__(self, memo: dict) -> VirtualSpringParams:
@@ -920,6 +927,14 @@ class VirtualSpringParams:
         """
     @handover.setter
     def handover(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def leash(self) -> float:
+        """
+        m, >= 0, 0 is off: displacement beyond which max_force bounds no more, default 0
+        """
+    @leash.setter
+    def leash(self, arg1: typing.Any) -> None:
         ...
     @property
     def max_force(self) -> float:
@@ -1000,6 +1015,7 @@ class PoseInterpolatorParams:
     """
     Parameters of PoseInterpolator.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('max_interval')
     fields: typing.ClassVar[dict] = {'max_interval': 's, > 0, default 0.25: poses sent further apart are not joined'}
@@ -1036,9 +1052,10 @@ class RobotSideProxyParams:
     """
     Parameters of the robot side of the dual proxy.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('map', 'workspace', 'limiter', 'link', 'interpolate', 'interpolator', 'stiffness', 'rotational_stiffness', 'max_force', 'max_moment', 'force_rate', 'moment_rate', 'max_motion_error', 'handover', 'period')
-    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose", 'interpolator': 'PoseInterpolatorParams', 'stiffness': 'k_vir_r, N/m, >= 0, default 500', 'rotational_stiffness': 'N m/rad, >= 0, default 10', 'max_force': 'N, >= 0, default 20', 'max_moment': 'N m, >= 0, default 2', 'force_rate': 'N/s, > 0, default 50', 'moment_rate': 'N m/s, > 0, default 10', 'max_motion_error': 'bound on |dx_m|, m, >= 0, 0 is none, default 0.012', 'handover': '"bumpless" (from the sensed force) or "printed" (from where it is): how the forces start in a new direction', 'period': 's, > 0, default 0.001'}
+    _serialized_names: typing.ClassVar[tuple] = ('map', 'workspace', 'limiter', 'link', 'interpolate', 'interpolator', 'stiffness', 'rotational_stiffness', 'max_force', 'max_moment', 'force_rate', 'moment_rate', 'max_motion_error', 'max_distance', 'handover', 'period')
+    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose", 'interpolator': 'PoseInterpolatorParams', 'stiffness': 'k_vir_r, N/m, >= 0, default 500', 'rotational_stiffness': 'N m/rad, >= 0, default 10', 'max_force': 'N, >= 0, default 20', 'max_moment': 'N m, >= 0, default 2', 'force_rate': 'N/s, > 0, default 50', 'moment_rate': 'N m/s, > 0, default 10', 'max_motion_error': 'bound on |dx_m|, m, >= 0, 0 is none, default 0.012', 'max_distance': 'm, > 0, default 0.15: how far the proxy may go from the robot', 'handover': '"bumpless" (from the sensed force) or "printed" (from where it is): how the forces start in a new direction', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> RobotSideProxyParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideProxyParams:
@@ -1115,6 +1132,14 @@ class RobotSideProxyParams:
         """
     @map.setter
     def map(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_distance(self) -> float:
+        """
+        m, > 0, default 0.15: how far the proxy may go from the robot
+        """
+    @max_distance.setter
+    def max_distance(self, arg1: typing.Any) -> None:
         ...
     @property
     def max_force(self) -> float:
@@ -1270,7 +1295,7 @@ class RobotSideProxy:
         ...
     def make_state(self) -> RobotSideProxyState:
         ...
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: PoseMessage, robot_position: typing.Any, robot_rotation: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideProxyState) -> None:
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: PoseMessage, robot_position: typing.Any, robot_rotation: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideProxyState, sensor_ready: bool = True) -> None:
         """
         Advances by one period; the outputs are in `state.output`. time: s; message: PoseMessage;
         robot pose (3,), m, and (3, 3); selections (3, 3); sensed_wrench: (6,) [force; moment], N, N m,
@@ -1283,6 +1308,7 @@ class HapticSideProxyParams:
     """
     Parameters of the haptic side of the dual proxy.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('map', 'link', 'stiffness', 'robot_stiffness', 'rotational_stiffness', 'max_force', 'max_moment', 'force_rate', 'moment_rate', 'period')
     fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams', 'link': 'LinkMonitorParams', 'stiffness': 'k_vir_h, N/m, >= 0; 0: force-matched, map.scale x robot_stiffness, default 0', 'robot_stiffness': 'k_vir_r of the robot side, N/m, >= 0, default 500', 'rotational_stiffness': 'N m/rad, >= 0, default 0.5', 'max_force': 'N, >= 0, default 12', 'max_moment': 'N m, >= 0; 0: moments off, default 0', 'force_rate': 'N/s, > 0, default 20', 'moment_rate': 'N m/s, > 0, default 1', 'period': 's, > 0, default 0.001'}
@@ -1478,6 +1504,7 @@ class ForceSpaceParticleFilterThresholds:
     """
     Corners of the force and the velocity ramp of the likelihood, eq. (6) and (7).
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('force_low', 'force_high', 'velocity_low', 'velocity_high')
     fields: typing.ClassVar[dict] = {'force_low': 'f_l, N, >= 0: below it a contact is ruled out, default 0', 'force_high': 'f_h, N, > force_low: above it the force speaks fully for it, default 3', 'velocity_low': 'v_l, m/s, >= 0: below it the velocity speaks fully for it, default 0.001', 'velocity_high': 'v_h, m/s, > velocity_low: above it a contact is ruled out, default 0.01'}
@@ -1538,6 +1565,7 @@ class FrictionConeParams:
     """
     What likelihood "friction_cone" knows of sensors and surfaces; nothing is per update.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('force_noise', 'velocity_noise', 'sliding_speed', 'max_friction', 'contact_force', 'loss_force', 'compliance', 'curvature', 'torsion', 'evidence')
     fields: typing.ClassVar[dict] = {'force_noise': 'sigma_f, N, > 0, of one input per axis, default 0.25', 'velocity_noise': 'sigma_v, m/s, > 0, likewise, default 0.0015', 'sliding_speed': 'm/s, > 0: half of it sticks, 1.5 times it slides, default 0.004', 'max_friction': 'mu, > 0, the most that is thought of, default 0.7', 'contact_force': 'N, > 0: a larger force speaks for a contact, default 0.6', 'loss_force': 'N, >= 0, < contact_force: a smaller one speaks against one that was there, default 0.45', 'compliance': 'm/N, >= 0: how much surface, tool and arm give, default 2e-4', 'curvature': 'rad^2/m, >= 0: variance of the normal per metre of sliding, about the axis across the motion, default 1', 'torsion': 'rad^2/m, >= 0: about the direction of motion, default 0.05', 'evidence': '> 0: log likelihood ratio that adds or drops a contact, default 9'}
@@ -1646,6 +1674,7 @@ class ForceSpaceParticleFilterParams:
     """
     Parameters of ForceSpaceParticleFilter; the defaults are the paper's where it gives a number.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles', 'prior_std', 'friction_cone')
     fields: typing.ClassVar[dict] = {'num_particles': 'n_p, 2 to 100000, default 1000', 'period': 's, > 0, time between updates, default 1/15', 'likelihood': '"paper" (eq. 6 to 8) or "friction_cone" (contacts with friction), default "friction_cone"', 'scatter_mean': 'mean of the scatter per axis and update, -1 to 1, default 0', 'scatter_std': 'standard deviation of the scatter per axis and update, 0 to 1, default 0.025', 'update_thresholds': 'weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s', 'resampling_thresholds': 'weigh every particle, default 0, 3 N, 0.001, 0.01 m/s', 'alpha_add': 'share of the largest singular value above which a direction is added, in (0, 1), default 0.5', 'alpha_remove': 'share below which it is removed, in (0, alpha_add], default 0.1', 'epsilon': 'vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6', 'prior_particles': 'particles that each prior normal adds to an update, 0 to 100000, default 50', 'prior_std': 'rad, in (0, pi], how sure a prior is, default 0.1', 'friction_cone': 'of likelihood "friction_cone"'}
@@ -1986,6 +2015,7 @@ class ContactHistoryParams:
     """
     Parameters of ContactHistory.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('period', 'cell_size', 'capacity', 'radius', 'merge_angle', 'min_age', 'std_base', 'std_growth')
     fields: typing.ClassVar[dict] = {'period': 's, > 0, time between updates, default 1/15', 'cell_size': 'm, 1e-4 to 1: edge of the cells in which normals are averaged, default 0.02', 'capacity': 'number of cells remembered, 1 to 1000000, default 1024', 'radius': 'm, 0 to 2 cell_size: how near a memory must be to count, default 0.02', 'merge_angle': 'rad, 0.01 to 1.5: normals within it are one contact, default 0.175', 'min_age': 's, >= 0: a cell that was left more recently does not count, default 2', 'std_base': 'rad, > 0: how uncertain a memory of this very point is, default 0.1', 'std_growth': 'rad/m, >= 0: what is added per distance from the memory, default 10'}
@@ -2133,10 +2163,178 @@ class ContactHistory:
     @property
     def params(self) -> ContactHistoryParams:
         ...
+class ForceTorqueAdapterParams:
+    """
+    Parameters of ForceTorqueAdapter.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('tool_mass', 'tool_com', 'gravity', 'cutoff', 'tare', 'tare_time', 'tare_speed', 'tare_max_force', 'tare_max_noise', 'period')
+    fields: typing.ClassVar[dict] = {'tool_mass': 'kg, >= 0: mass beyond the sensor, whose weight and inertia are removed, default 0', 'tool_com': '(3,), m, in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0, along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own low-pass (0: none), default 0", 'tare': "whether the sensor's bias is learned before anything moves; default false, in scenarios true", 'tare_time': 's, > 0: how long the tool has to be at rest for it, default 0.5', 'tare_speed': 'm/s, > 0: slower than this it is at rest, default 0.005', 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias, default 10', 'tare_max_noise': 'N, > 0: noise (std per axis) with which no bias is learned, default 1', 'period': 's, > 0, default 0.001'}
+    def __copy__(self) -> ForceTorqueAdapterParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> ForceTorqueAdapterParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def cutoff(self) -> float:
+        """
+        Hz, >= 0: the sensor's own low-pass (0: none), default 0
+        """
+    @cutoff.setter
+    def cutoff(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def gravity(self) -> float:
+        """
+        m/s^2, >= 0, along -z of B, default 9.81
+        """
+    @gravity.setter
+    def gravity(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def period(self) -> float:
+        """
+        s, > 0, default 0.001
+        """
+    @period.setter
+    def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tare(self) -> bool:
+        """
+        whether the sensor's bias is learned before anything moves; default false, in scenarios true
+        """
+    @tare.setter
+    def tare(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tare_max_force(self) -> float:
+        """
+        N, > 0: a larger force on the resting tool is no bias, default 10
+        """
+    @tare_max_force.setter
+    def tare_max_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tare_max_noise(self) -> float:
+        """
+        N, > 0: noise (std per axis) with which no bias is learned, default 1
+        """
+    @tare_max_noise.setter
+    def tare_max_noise(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tare_speed(self) -> float:
+        """
+        m/s, > 0: slower than this it is at rest, default 0.005
+        """
+    @tare_speed.setter
+    def tare_speed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tare_time(self) -> float:
+        """
+        s, > 0: how long the tool has to be at rest for it, default 0.5
+        """
+    @tare_time.setter
+    def tare_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tool_com(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m, in S: centre of that mass, default 0
+        """
+    @tool_com.setter
+    def tool_com(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tool_mass(self) -> float:
+        """
+        kg, >= 0: mass beyond the sensor, whose weight and inertia are removed, default 0
+        """
+    @tool_mass.setter
+    def tool_mass(self, arg1: typing.Any) -> None:
+        ...
+class ForceTorqueAdapterState:
+    """
+    What the adapter remembers, and its output.
+    """
+    def __copy__(self) -> ForceTorqueAdapterState:
+        ...
+    def __deepcopy__(self, memo: dict) -> ForceTorqueAdapterState:
+        ...
+    @property
+    def bad_inputs(self) -> int:
+        """
+        Samples refused.
+        """
+    @property
+    def bias(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        (6,) [force; moment], N and N m, in S.
+        """
+    @property
+    def ready(self) -> bool:
+        """
+        Whether there is a bias to go by.
+        """
+    @property
+    def tares(self) -> int:
+        """
+        How often a bias was learned.
+        """
+    @property
+    def tares_refused(self) -> int:
+        """
+        How often none could be though the tool was at rest.
+        """
+    @property
+    def wrench(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        (6,) [force; moment] about E, N and N m, in B: robot on environment; zero while the bias is being learned.
+        """
+class ForceTorqueAdapter:
+    """
+    From what a wrist sensor measures to what the tool exerts on its environment: bias, weight
+    and inertia of the tool, sign.
+    """
+    def __init__(self, params: ForceTorqueAdapterParams = ...) -> None:
+        ...
+    def make_state(self) -> ForceTorqueAdapterState:
+        ...
+    def update(self, measured: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, p_SE: typing.Any, state: ForceTorqueAdapterState, tare: bool = False) -> None:
+        """
+        Takes a sample; the result is in `state`.
+        
+        measured: (6,) [force; moment] about the origin of S, N and N m, in S: arm on tool.
+        robot_position (3,), m, and robot_rotation (3, 3): of the tool point. p_SE: (3,), m, tool point in S.
+        tare: asks for the bias to be learned anew when it becomes true.
+        """
+    @property
+    def params(self) -> ForceTorqueAdapterParams:
+        ...
 class TimeDomainPassivityParams:
     """
     Parameters of TimeDomainPassivity; for moments N m s/rad instead of N s/m.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('enabled', 'initial_energy', 'max_energy', 'max_damping', 'damping_margin', 'actuation_delay', 'period')
     fields: typing.ClassVar[dict] = {'enabled': 'false: energy is observed, nothing is injected; default true', 'initial_energy': 'J, [0, max_energy]: spent before damping begins, default 0.002', 'max_energy': 'J, > 0: cap of the observed energy, default 0.002', 'max_damping': 'N s/m, >= 0: injected when no energy is left, default 500', 'damping_margin': 'N s/m, [0, max_damping]: dissipation demanded on balance, default 150', 'actuation_delay': 'periods, 0 to 7: from command to its acting, default 1', 'period': 's, > 0, default 0.001'}
@@ -2260,6 +2458,7 @@ class SelectionBlendParams:
     """
     Parameters of SelectionBlend.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     fields: typing.ClassVar[dict] = {'blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, default 0.03', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> SelectionBlendParams:
@@ -2332,12 +2531,95 @@ class SelectionBlend:
     @property
     def params(self) -> SelectionBlendParams:
         ...
+class JointLimitsParams:
+    """
+    Parameters of JointLimits; the defaults are the Panda's.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    _serialized_names: typing.ClassVar[tuple] = ('lower', 'upper', 'speed', 'position_margin', 'speed_margin')
+    fields: typing.ClassVar[dict] = {'lower': "(7,), rad: each joint's lower end", 'upper': "(7,), rad: each joint's upper end", 'speed': "(7,), rad/s, > 0: each joint's largest speed", 'position_margin': 'rad, >= 0: kept free at both ends, default 0.05', 'speed_margin': '[0, 1): share of `speed` kept free, default 0.1'}
+    def __copy__(self) -> JointLimitsParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> JointLimitsParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def lower(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (7,), rad: each joint's lower end
+        """
+    @lower.setter
+    def lower(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def position_margin(self) -> float:
+        """
+        rad, >= 0: kept free at both ends, default 0.05
+        """
+    @position_margin.setter
+    def position_margin(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def speed(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (7,), rad/s, > 0: each joint's largest speed
+        """
+    @speed.setter
+    def speed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def speed_margin(self) -> float:
+        """
+        [0, 1): share of `speed` kept free, default 0.1
+        """
+    @speed_margin.setter
+    def speed_margin(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def upper(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (7,), rad: each joint's upper end
+        """
+    @upper.setter
+    def upper(self, arg1: typing.Any) -> None:
+        ...
+class JointLimits:
+    """
+    Keeps joints within their ends and speeds by damping that sets in before them.
+    """
+    def __init__(self, params: JointLimitsParams = ...) -> None:
+        ...
+    def limit(self, q: typing.Any, v: typing.Any, acceleration: typing.Any) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 1]"]:
+        """
+        What of a joint acceleration (7,), rad/s^2, is let through at q (7,), rad, and v (7,), rad/s.
+        """
+    @property
+    def params(self) -> JointLimitsParams:
+        ...
 class ForceLoopParams:
     """
     Parameters of ForceLoop; for moments N m and N m s/rad.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'gain': 'Kpf, >= 0, default 2.5', 'integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': "N, >= 0: bound of the integral's force, default 10", 'filter_cutoff': 'Hz, >= 0: low-pass on the sensed force, 0 is off, default 100', 'release_time': 's, >= 0: in which a cut-off integral fades, default 0.03', 'passivity': 'its period is ignored', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'gain': 'Kpf, >= 0, default 2.5', 'integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': "N, >= 0: bound of the integral's force, default 10", 'speed_limit': 'm/s, > 0: how fast the loop may move the tool, default 0.1', 'filter_cutoff': 'Hz, >= 0: low-pass on the sensed force, 0 is off, default 100', 'release_time': 's, >= 0: in which a cut-off integral fades, default 0.03', 'passivity': 'its period is ignored', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> ForceLoopParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceLoopParams:
@@ -2423,6 +2705,14 @@ class ForceLoopParams:
     @release_time.setter
     def release_time(self, arg1: typing.Any) -> None:
         ...
+    @property
+    def speed_limit(self) -> float:
+        """
+        m/s, > 0: how fast the loop may move the tool, default 0.1
+        """
+    @speed_limit.setter
+    def speed_limit(self, arg1: typing.Any) -> None:
+        ...
 class ForceLoopState:
     """
     Memory of ForceLoop.
@@ -2469,9 +2759,10 @@ class OperationalSpaceControllerParams:
     """
     Parameters of OperationalSpaceController.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('position_stiffness', 'position_damping', 'rotation_stiffness', 'rotation_damping', 'force_gain', 'force_integral_gain', 'force_damping', 'max_integral_force', 'moment_gain', 'moment_integral_gain', 'moment_damping', 'max_integral_moment', 'force_filter_cutoff', 'feed_forward', 'selection_blend_time', 'passivity', 'force_passivity', 'moment_passivity', 'unit_mass_motion_force', 'unit_inertia_motion_moment', 'q_rest', 'posture_stiffness', 'posture_damping', 'max_mass', 'characteristic_length', 'torque_limit', 'torque_rate_limit', 'period')
-    fields: typing.ClassVar[dict] = {'position_stiffness': 'Kpm, 1/s^2, >= 0, default 500', 'position_damping': 'Kvm, 1/s, >= 0, default 40', 'rotation_stiffness': '1/s^2, >= 0, default 600', 'rotation_damping': '1/s, >= 0, default 38', 'force_gain': 'Kpf, >= 0, default 2.5', 'force_integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'force_damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': 'N, >= 0, default 10', 'moment_gain': '>= 0, default 2.5', 'moment_integral_gain': '1/s, >= 0, default 5.5', 'moment_damping': 'N m s/rad, >= 0, default 0.8', 'max_integral_moment': 'N m, >= 0, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100', 'feed_forward': "proxy's velocity and acceleration fed forward; false: as printed; default true", 'selection_blend_time': 's, >= 0; 0 switches at once, as printed; default 0.03', 'passivity': 'passivity controllers on; default true', 'force_passivity': 'of the force loop; its enabled and period are ignored', 'moment_passivity': 'of the moment loop; its enabled and period are ignored', 'unit_mass_motion_force': 'output motion_force is Lambda^-1 F_m; false: F_m as printed; default true', 'unit_inertia_motion_moment': 'output motion_moment is the command of a unit inertia; false: M_m, N m; default false', 'q_rest': '(7,), rad: posture in the null space', 'posture_stiffness': '1/s^2, >= 0, default 25', 'posture_damping': '1/s, >= 0, default 10', 'max_mass': 'kg, > 0: bound of the apparent mass, default 50', 'characteristic_length': 'm, > 0: turns inertia into mass for max_mass, default 0.2', 'torque_limit': '(7,), N m, > 0', 'torque_rate_limit': 'N m/s, > 0, default 1000', 'period': 's, > 0, default 0.001'}
+    _serialized_names: typing.ClassVar[tuple] = ('position_stiffness', 'position_damping', 'rotation_stiffness', 'rotation_damping', 'force_gain', 'force_integral_gain', 'force_damping', 'max_integral_force', 'moment_gain', 'moment_integral_gain', 'moment_damping', 'max_integral_moment', 'force_speed_limit', 'moment_speed_limit', 'force_filter_cutoff', 'feed_forward', 'selection_blend_time', 'passivity', 'force_passivity', 'moment_passivity', 'unit_mass_motion_force', 'unit_inertia_motion_moment', 'q_rest', 'posture_stiffness', 'posture_damping', 'max_mass', 'characteristic_length', 'joint_limits', 'torque_limit', 'torque_rate_limit', 'torque_margin', 'period')
+    fields: typing.ClassVar[dict] = {'position_stiffness': 'Kpm, 1/s^2, >= 0, default 500', 'position_damping': 'Kvm, 1/s, >= 0, default 40', 'rotation_stiffness': '1/s^2, >= 0, default 600', 'rotation_damping': '1/s, >= 0, default 38', 'force_gain': 'Kpf, >= 0, default 2.5', 'force_integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'force_damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': 'N, >= 0, default 10', 'moment_gain': '>= 0, default 2.5', 'moment_integral_gain': '1/s, >= 0, default 5.5', 'moment_damping': 'N m s/rad, >= 0, default 0.8', 'max_integral_moment': 'N m, >= 0, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100', 'feed_forward': "proxy's velocity and acceleration fed forward; false: as printed; default true", 'selection_blend_time': 's, >= 0; 0 switches at once, as printed; default 0.03', 'passivity': 'passivity controllers on; default true', 'force_passivity': 'of the force loop; its enabled and period are ignored', 'moment_passivity': 'of the moment loop; its enabled and period are ignored', 'unit_mass_motion_force': 'output motion_force is Lambda^-1 F_m; false: F_m as printed; default true', 'unit_inertia_motion_moment': 'output motion_moment is the command of a unit inertia; false: M_m, N m; default false', 'q_rest': '(7,), rad: posture in the null space', 'posture_stiffness': '1/s^2, >= 0, default 25', 'posture_damping': '1/s, >= 0, default 10', 'max_mass': 'kg, > 0: bound of the apparent mass, default 50', 'characteristic_length': 'm, > 0: turns inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams', 'torque_limit': '(7,), N m, > 0', 'torque_rate_limit': 'N m/s, > 0, default 1000', 'torque_margin': '[0, 1): share of both torque limits kept free, default 0.05', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> OperationalSpaceControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperationalSpaceControllerParams:
@@ -2550,6 +2841,22 @@ class OperationalSpaceControllerParams:
     def force_passivity(self, arg1: typing.Any) -> None:
         ...
     @property
+    def force_speed_limit(self) -> float:
+        """
+        m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1
+        """
+    @force_speed_limit.setter
+    def force_speed_limit(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def joint_limits(self) -> JointLimitsParams:
+        """
+        JointLimitsParams
+        """
+    @joint_limits.setter
+    def joint_limits(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def max_integral_force(self) -> float:
         """
         N, >= 0, default 10
@@ -2604,6 +2911,14 @@ class OperationalSpaceControllerParams:
         """
     @moment_passivity.setter
     def moment_passivity(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def moment_speed_limit(self) -> float:
+        """
+        rad/s, > 0: likewise in moment space, default 1
+        """
+    @moment_speed_limit.setter
+    def moment_speed_limit(self, arg1: typing.Any) -> None:
         ...
     @property
     def passivity(self) -> bool:
@@ -2692,6 +3007,14 @@ class OperationalSpaceControllerParams:
         """
     @torque_limit.setter
     def torque_limit(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def torque_margin(self) -> float:
+        """
+        [0, 1): share of both torque limits kept free, default 0.05
+        """
+    @torque_margin.setter
+    def torque_margin(self, arg1: typing.Any) -> None:
         ...
     @property
     def torque_rate_limit(self) -> float:
@@ -2790,6 +3113,11 @@ class OperationalSpaceControllerState:
     def force_selection(self) -> SelectionBlendState:
         ...
     @property
+    def joint_limited(self) -> int:
+        """
+        cycles in which joint_limits acted
+        """
+    @property
     def moment(self) -> ForceLoopState:
         ...
     @property
@@ -2835,6 +3163,7 @@ class ArmModelParams:
     """
     Parameters of ArmModel: P is the link in front of a joint, J what the joint turns about its z.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     fields: typing.ClassVar[dict] = {'p_PJ': '(3, 7), m: column i is the position of J in P', 'R_PJ': '(7, 3, 3): orientations of J in P at q = 0', 'mass': '(7,), kg, > 0: of the links, no default', 'com': '(3, 7), m: centres of mass in J', 'inertia': '(7, 3, 3), kg m^2: about the centres of mass, in J', 'p_LE': '(3,), m: tool point in the last J', 'R_LE': '(3, 3): orientation of E in the last J', 'gravity': '(3,), m/s^2, in B, default (0, 0, -9.81)'}
     def __copy__(self) -> ArmModelParams:
@@ -2940,6 +3269,7 @@ class HapticControllerParams:
     """
     Parameters of HapticController.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('force_damping', 'max_force', 'max_moment', 'period')
     fields: typing.ClassVar[dict] = {'force_damping': 'Kvf_h, N s/m, >= 0, default 27', 'max_force': 'N, >= 0, default 12', 'max_moment': 'N m, >= 0, default 0', 'period': 's, > 0, default 0.001'}
@@ -3029,6 +3359,7 @@ class OperatorPathParams:
     """
     Parameters of OperatorPath: where the operator wants the tool or the handle, and when.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     fields: typing.ClassVar[dict] = {'times': '(n,), s, strictly increasing, n >= 1', 'points': '(3, n), m, one column per time, in B for the tool or D for the handle', 'interpolation': '"minimum_jerk", "linear" or "cubic" (recorded motion)', 'rotations': '(3, n), rad, rotation vectors from the start, in the frame of `points`; or (3, 0): no rotation'}
     def __copy__(self) -> OperatorPathParams:
@@ -3112,6 +3443,7 @@ class SimulatedHapticDeviceParams:
     """
     Parameters of SimulatedHapticDevice; the defaults are an Omega.7 in a firm hand.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('hand_mass', 'hand_stiffness', 'hand_damping', 'device_mass', 'device_damping', 'max_force', 'workspace_radius', 'workspace_half_length', 'resolution', 'velocity_cutoff', 'period')
     fields: typing.ClassVar[dict] = {'hand_mass': 'kg, > 0, default 0.5', 'hand_stiffness': 'K, N/m, >= 0: pull to the intended position, default 600', 'hand_damping': 'B, N s/m, >= 0: pull to the intended velocity, default 30', 'device_mass': 'kg, > 0, at the handle, default 0.25', 'device_damping': 'N s/m, >= 0: friction of the device, default 1', 'max_force': 'N, >= 0: no larger force leaves the device, default 12', 'workspace_radius': 'm, > 0, about the x axis of D, default 0.08', 'workspace_half_length': 'm, > 0, along the x axis of D, default 0.055', 'resolution': 'm, >= 0: step of the position reading, default 1e-5', 'velocity_cutoff': 'Hz, >= 0: low-pass of the velocity reading (0: none), default 20', 'period': 's, > 0, default 0.001'}
@@ -3290,11 +3622,12 @@ class SimulatedHapticDevice:
         ...
 class ForceTorqueSensorParams:
     """
-    Parameters of ForceTorqueSensor.
+    Parameters of ForceTorqueSensor: of what is simulated, and of the adapter behind it.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('force_noise_std', 'moment_noise_std', 'force_bias', 'moment_bias', 'cutoff', 'tool_mass', 'tool_com', 'gravity', 'period')
-    fields: typing.ClassVar[dict] = {'force_noise_std': 'N, >= 0, per axis and sample, default 0.2', 'moment_noise_std': 'N m, >= 0, per axis and sample, default 0.005', 'force_bias': '(3,), N, in S, default 0', 'moment_bias': '(3,), N m, in S, default 0', 'cutoff': "Hz, >= 0: the sensor's low-pass (0: none), default 0", 'tool_mass': 'kg, >= 0: mass beyond the sensor, whose weight is removed, default 0', 'tool_com': '(3,), m, in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0, along -z of B, default 9.81', 'period': 's, > 0, default 0.001'}
+    _serialized_names: typing.ClassVar[tuple] = ('force_noise_std', 'moment_noise_std', 'force_bias', 'moment_bias', 'tool_mass', 'tool_com', 'gravity', 'cutoff', 'tare', 'tare_time', 'tare_speed', 'tare_max_force', 'tare_max_noise', 'period')
+    fields: typing.ClassVar[dict] = {'force_noise_std': 'N, >= 0, per axis and sample, default 0.2', 'moment_noise_std': 'N m, >= 0, per axis and sample, default 0.005', 'force_bias': '(3,), N, in S, default 0', 'moment_bias': '(3,), N m, in S, default 0', 'tool_mass': 'kg, >= 0: mass beyond the sensor, whose weight and inertia are removed, default 0', 'tool_com': '(3,), m, in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0, along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own low-pass (0: none), default 0", 'tare': "whether the sensor's bias is learned before anything moves; default false, in scenarios true", 'tare_time': 's, > 0: how long the tool has to be at rest for it, default 0.5', 'tare_speed': 'm/s, > 0: slower than this it is at rest, default 0.005', 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias, default 10', 'tare_max_noise': 'N, > 0: noise (std per axis) with which no bias is learned, default 1', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> ForceTorqueSensorParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceTorqueSensorParams:
@@ -3319,7 +3652,7 @@ class ForceTorqueSensorParams:
     @property
     def cutoff(self) -> float:
         """
-        Hz, >= 0: the sensor's low-pass (0: none), default 0
+        Hz, >= 0: the sensor's own low-pass (0: none), default 0
         """
     @cutoff.setter
     def cutoff(self, arg1: typing.Any) -> None:
@@ -3373,6 +3706,46 @@ class ForceTorqueSensorParams:
     def period(self, arg1: typing.Any) -> None:
         ...
     @property
+    def tare(self) -> bool:
+        """
+        whether the sensor's bias is learned before anything moves; default false, in scenarios true
+        """
+    @tare.setter
+    def tare(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tare_max_force(self) -> float:
+        """
+        N, > 0: a larger force on the resting tool is no bias, default 10
+        """
+    @tare_max_force.setter
+    def tare_max_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tare_max_noise(self) -> float:
+        """
+        N, > 0: noise (std per axis) with which no bias is learned, default 1
+        """
+    @tare_max_noise.setter
+    def tare_max_noise(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tare_speed(self) -> float:
+        """
+        m/s, > 0: slower than this it is at rest, default 0.005
+        """
+    @tare_speed.setter
+    def tare_speed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tare_time(self) -> float:
+        """
+        s, > 0: how long the tool has to be at rest for it, default 0.5
+        """
+    @tare_time.setter
+    def tare_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def tool_com(self) -> numpy.typing.NDArray[numpy.float64]:
         """
         (3,), m, in S: centre of that mass, default 0
@@ -3383,7 +3756,7 @@ class ForceTorqueSensorParams:
     @property
     def tool_mass(self) -> float:
         """
-        kg, >= 0: mass beyond the sensor, whose weight is removed, default 0
+        kg, >= 0: mass beyond the sensor, whose weight and inertia are removed, default 0
         """
     @tool_mass.setter
     def tool_mass(self, arg1: typing.Any) -> None:
@@ -3397,14 +3770,29 @@ class ForceTorqueSensorState:
     def __deepcopy__(self, memo: dict) -> ForceTorqueSensorState:
         ...
     @property
+    def adapter(self) -> ForceTorqueAdapterState:
+        """
+        ForceTorqueAdapterState. A copy.
+        """
+    @property
     def bad_inputs(self) -> int:
         """
-        Samples refused.
+        Samples refused, by the sensor or by the adapter.
         """
     @property
     def measured(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
         """
-        (6,) [force; moment], N and N m, in S, before the weight is removed.
+        (6,) [force; moment], N and N m, in S, as a driver would give it.
+        """
+    @property
+    def ready(self) -> bool:
+        """
+        Whether the bias is known.
+        """
+    @property
+    def tares_refused(self) -> int:
+        """
+        Times at rest that gave no bias.
         """
     @property
     def wrench(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
@@ -3413,7 +3801,7 @@ class ForceTorqueSensorState:
         """
 class ForceTorqueSensor:
     """
-    A simulated six-axis force/torque sensor between arm and tool.
+    A simulated six-axis force/torque sensor between arm and tool, and the adapter behind it.
     """
     def __init__(self, params: ForceTorqueSensorParams = ...) -> None:
         ...
@@ -3421,12 +3809,13 @@ class ForceTorqueSensor:
         """
         The same seed gives the same noise.
         """
-    def update(self, reaction_S: typing.Any, R_BS: typing.Any, p_SE_B: typing.Any, state: ForceTorqueSensorState) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+    def update(self, reaction: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, p_SE: typing.Any, state: ForceTorqueSensorState, tare: bool = False) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
         """
         Takes a sample and returns `state.wrench`.
         
-        reaction_S: (6,) [force; moment] about the origin of S, N and N m, in S: arm on tool.
-        R_BS: (3, 3), rotation of the sensor. p_SE_B: (3,), m, from sensor to tool point, in B.
+        reaction: (6,) [force; moment] about the origin of S, N and N m, in S: arm on tool.
+        robot_position (3,), m, and robot_rotation (3, 3): of the tool point. p_SE: (3,), m, tool point in S.
+        tare: asks for the bias to be learned anew when it becomes true.
         """
     @property
     def params(self) -> ForceTorqueSensorParams:
@@ -3435,6 +3824,7 @@ class ContactSurfaceParams:
     """
     Parameters of ContactSurface.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     fields: typing.ClassVar[dict] = {'shape': '"plane" (solid where z < 0), "cylinder" (about x, endless) or "box", in the surface\'s frame', 'position': "(3,), m, in B: origin of the surface's frame", 'rotation': "(3, 3): rotation of the surface's frame in B", 'radius': 'm, > 0: of the cylinder, default 0.1', 'half_size': '(3,), m, > 0: of the box, default 0.1', 'stiffness': 'N/m, > 0, default 5000', 'dissipation': 's/m, >= 0: share by which the normal force grows per m/s of sinking in, default 2', 'friction': 'mu, >= 0, default 0', 'stiction_speed': 'm/s, > 0: below it friction grows linearly, default 0.01'}
     def __copy__(self) -> ContactSurfaceParams:
@@ -3571,6 +3961,7 @@ class ContactSceneParams:
     """
     Parameters of ContactScene.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     fields: typing.ClassVar[dict] = {'surfaces': 'up to 8 ContactSurfaceParams, default none; read as a tuple of copies', 'tool_radius': 'm, >= 0: radius of the spherical tool, default 0'}
     def __copy__(self) -> ContactSceneParams:
@@ -3677,6 +4068,7 @@ class PointRobotParams:
     """
     Parameters of PointRobot.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     fields: typing.ClassVar[dict] = {'mass': 'kg, > 0, default 1', 'period': 's, > 0, default 0.001', 'substeps': 'integration steps per period, 1 to 1000, default 4'}
     def __copy__(self) -> PointRobotParams:
@@ -3776,6 +4168,7 @@ class PositionForceHapticSideParams:
     """
     Parameters of PositionForceHapticSide.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('map', 'link', 'force_scale', 'max_force')
     fields: typing.ClassVar[dict] = {'map': 'only its R_DB matters', 'link': 'link monitor', 'force_scale': "share of the robot's force that the hand feels, >= 0, default 0.4", 'max_force': 'bound on the force on the hand, N, >= 0, default 12'}
@@ -3920,6 +4313,7 @@ class RobotSideParams:
     """
     Parameters of RobotSide; all `period` fields are the same.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     fields: typing.ClassVar[dict] = {'proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'sender': 'PoseSenderParams', 'filter_period': "s, >= period: over which the filter's inputs are averaged, default 1/15", 'angular_filter_period': 's, >= period: the same of the angular filter; 0, the default, is without one'}
     def __copy__(self) -> RobotSideParams:
@@ -4181,9 +4575,9 @@ class RobotSide:
         ...
     def make_state(self) -> RobotSideState:
         ...
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: PoseMessage, robot_position: typing.Any, robot_rotation: typing.Any, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideState) -> None:
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: PoseMessage, robot_position: typing.Any, robot_rotation: typing.Any, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideState, sensor_ready: bool = True) -> None:
         """
-        Advances `state` by one period; results are in `state.output`. Six-vectors are [linear; angular] or [force; moment], in B; jacobian (6, 7), mass (7, 7), bias (7,) without gravity, gravity (7,) as Drake's CalcGravityGeneralizedForces.
+        Advances `state` by one period; results are in `state.output`. Without a sensor that is ready the robot holds its place. Six-vectors are [linear; angular] or [force; moment], in B; jacobian (6, 7), mass (7, 7), bias (7,) without gravity, gravity (7,) as Drake's CalcGravityGeneralizedForces.
         """
     @property
     def params(self) -> RobotSideParams:
@@ -4192,6 +4586,7 @@ class HapticSideParams:
     """
     Parameters of HapticSide; all `period` fields are the same.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     fields: typing.ClassVar[dict] = {'proxy': 'HapticSideProxyParams', 'controller': 'HapticControllerParams', 'sender': 'PoseSenderParams'}
     def __copy__(self) -> HapticSideParams:
@@ -4355,6 +4750,7 @@ class BoxParams:
     """
     A box fixed in the world that the tool can touch.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('name', 'center', 'size', 'yaw', 'color')
     fields: typing.ClassVar[dict] = {'name': 'unique within the scene', 'center': '(3,), m, in B', 'size': "(3,), m, full edge lengths along the box's axes, in [1e-4, 10]", 'yaw': 'rad, rotation of the box about base z, default 0', 'color': '(4,), red, green, blue, opacity, in [0, 1], default (0.80, 0.70, 0.56, 1)'}
@@ -4427,9 +4823,10 @@ class PandaSceneParams:
     TIP_RADIUS: typing.ClassVar[float] = 0.01
     TOOL_COM_S: typing.ClassVar[tuple] = (0.0, 0.0, 0.035)
     TOOL_MASS: typing.ClassVar[float] = 0.2
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('table_height', 'table_center', 'table_size', 'boxes', 'friction', 'contact_stiffness', 'contact_dissipation', 'relaxation_time', 'contact_approximation', 'time_step', 'tool', 'tool_size', 'tool_mass', 'gravity', 'start_position')
-    fields: typing.ClassVar[dict] = {'table_height': "m, height of the table's top over B, in [1e-3, 1.5]; the table stands on z = 0; default 0.1", 'table_center': "(2,), m, x and y of the table's centre, default (0.5, 0)", 'table_size': '(2,), m, edge lengths along x and y, in [1e-3, 10], default (0.6, 0.8)', 'boxes': 'further BoxParams that the tool can touch (walls, steps)', 'friction': 'Coulomb coefficient between the tool and everything, in [0, 5], default 0.3', 'contact_stiffness': 'N/m, of tool and surface together, in [1, 1e8], default 3e4; the corners of a flat tool share it', 'contact_dissipation': 's/m, Hunt-Crossley coefficient d in f = k x (1 + d dx/dt), in [0, 1000]; for the approximations lagged and similar; default 10', 'relaxation_time': 's, linear dissipation in place of contact_dissipation for sap, in [0, 10], default 0.01', 'contact_approximation': '"lagged", "similar" or "sap": Drake\'s discrete contact approximation; the first two keep Coulomb\'s law without sap\'s gap of friction * time_step * slip; default "lagged"', 'time_step': "s, step of the plant, and period of both sides' control, in [1e-5, 1e-2], default 0.001", 'tool': '"sphere": a ball around E, or "flat": a square pad, E in the middle of its face, that touches with a small ball in each corner; default "sphere"', 'tool_size': 'm, between the corners of a flat tool along its edges, in [0.005, 0.2], default 0.06', 'tool_mass': 'kg, of all that is beyond the flange, in [1e-3, 3]; the inertia scales with it; default 0.2', 'gravity': 'm/s^2, along -z of B, in [0, 100], default 9.81', 'start_position': '(3,), m, in B, of the tool point at time 0, in [-2, 2], default (0.45, 0, 0.18)'}
+    fields: typing.ClassVar[dict] = {'table_height': "m, height of the table's top over B, in [1e-3, 1.5]; the table stands on z = 0; default 0.1", 'table_center': "(2,), m, x and y of the table's centre, default (0.5, 0)", 'table_size': '(2,), m, edge lengths along x and y, in [1e-3, 10], default (0.6, 0.8)', 'boxes': 'further BoxParams that the tool can touch (walls, steps)', 'friction': 'Coulomb coefficient between the tool and everything, in [0, 5], default 0.3', 'contact_stiffness': 'N/m, of tool and surface together, in [1, 1e8], default 3e4; the corners of a flat tool share it', 'contact_dissipation': 's/m, Hunt-Crossley coefficient d in f = k x (1 + d dx/dt), in [0, 1000]; for the approximations lagged and similar; default 10', 'relaxation_time': 's, linear dissipation in place of contact_dissipation for sap, in [0, 10], default 0.01', 'contact_approximation': '"lagged", "similar" or "sap": Drake\'s discrete contact approximation; the first two keep Coulomb\'s law without sap\'s gap of friction * time_step * slip; default "lagged"', 'time_step': 's, step of the plant, in [1e-5, 1e-2], default 0.001; control has a period of its own', 'tool': '"sphere": a ball around E, or "flat": a square pad, E in the middle of its face, that touches with a small ball in each corner; default "sphere"', 'tool_size': 'm, between the corners of a flat tool along its edges, in [0.005, 0.2], default 0.06', 'tool_mass': 'kg, of all that is beyond the flange, in [1e-3, 3]; the inertia scales with it; default 0.2', 'gravity': 'm/s^2, along -z of B, in [0, 100], default 9.81', 'start_position': '(3,), m, in B, of the tool point at time 0, in [-2, 2], default (0.45, 0, 0.18)'}
     def __copy__(self) -> PandaSceneParams:
         ...
     def __deepcopy__(self, memo: dict) -> PandaSceneParams:
@@ -4555,7 +4952,7 @@ class PandaSceneParams:
     @property
     def time_step(self) -> float:
         """
-        s, step of the plant, and period of both sides' control, in [1e-5, 1e-2], default 0.001
+        s, step of the plant, in [1e-5, 1e-2], default 0.001; control has a period of its own
         """
     @time_step.setter
     def time_step(self, arg1: typing.Any) -> None:
@@ -4588,6 +4985,7 @@ class LinkParams:
     """
     Both directions of the link alike; in a scenario the keys of all three stand directly in `link`.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('rate', 'average', 'period', 'delay', 'jitter', 'loss', 'reordering', 'timeout', 'max_age', 'spike_threshold')
     fields: typing.ClassVar[dict] = {'sender': 'PoseSenderParams', 'channel': 'CommunicationChannelParams', 'monitor': 'LinkMonitorParams'}
@@ -4613,6 +5011,14 @@ class LinkParams:
         Raises ValueError naming the field, the range and the value.
         """
     @property
+    def average(self) -> typing.Any:
+        """
+        send the mean since the last message, not the newest sample, default true
+        """
+    @average.setter
+    def average(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def channel(self) -> CommunicationChannelParams:
         """
         CommunicationChannelParams
@@ -4621,10 +5027,37 @@ class LinkParams:
     def channel(self, arg1: typing.Any) -> None:
         ...
     @property
-    def delay(self) -> float:
+    def delay(self) -> typing.Any:
         """
-        One-way delay, s.
+        s, one way, >= 0, default 0
         """
+    @delay.setter
+    def delay(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def jitter(self) -> typing.Any:
+        """
+        s, >= 0: standard deviation of the normal whose absolute value is added to the delay, default 0
+        """
+    @jitter.setter
+    def jitter(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def loss(self) -> typing.Any:
+        """
+        probability of loss, in [0, 1], default 0
+        """
+    @loss.setter
+    def loss(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_age(self) -> typing.Any:
+        """
+        s, > 0: older messages are dropped, default 5
+        """
+    @max_age.setter
+    def max_age(self, arg1: typing.Any) -> None:
+        ...
     @property
     def monitor(self) -> LinkMonitorParams:
         """
@@ -4634,10 +5067,29 @@ class LinkParams:
     def monitor(self, arg1: typing.Any) -> None:
         ...
     @property
-    def rate(self) -> float:
+    def period(self) -> typing.Any:
         """
-        Messages per second.
+        s, > 0, between samples, default 0.001
         """
+    @period.setter
+    def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def rate(self) -> typing.Any:
+        """
+        Hz, in (0, 1/period], default 50
+        """
+    @rate.setter
+    def rate(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def reordering(self) -> typing.Any:
+        """
+        whether a message may overtake another, default true
+        """
+    @reordering.setter
+    def reordering(self, arg1: typing.Any) -> None:
+        ...
     @property
     def sender(self) -> PoseSenderParams:
         """
@@ -4646,10 +5098,27 @@ class LinkParams:
     @sender.setter
     def sender(self, arg1: typing.Any) -> None:
         ...
+    @property
+    def spike_threshold(self) -> typing.Any:
+        """
+        s, > 0: a message this much later than the fastest is a latency spike, default 0.1
+        """
+    @spike_threshold.setter
+    def spike_threshold(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def timeout(self) -> typing.Any:
+        """
+        s, > 0: silence after which the link is lost, default 0.5
+        """
+    @timeout.setter
+    def timeout(self, arg1: typing.Any) -> None:
+        ...
 class Waypoint:
     """
     A place to be at rest at a time.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('time', 'position', 'rotation')
     fields: typing.ClassVar[dict] = {'time': 's, in [0, 3600]', 'position': '(3,), m, in B, in [-2, 2]', 'rotation': '(3,), rad, in B, in [-pi, pi]: rotation vector of the tool from map.R_cw, default 0'}
@@ -4702,9 +5171,10 @@ class OperatorParams:
     """
     What the operator means to do, in the robot's frame B.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('waypoints', 'recording', 'press_depth')
-    fields: typing.ClassVar[dict] = {'waypoints': 'of Waypoint: minimum-jerk moves from each to the next; first at time 0', 'recording': 'CSV file of a human motion, in place of the waypoints; relative to the working directory', 'press_depth': "m, how far below first touch a recording's contact height goes, in [0, 0.1], default 0.04"}
+    _serialized_names: typing.ClassVar[tuple] = ('waypoints', 'recording', 'recording_units', 'recording_scale', 'press_depth')
+    fields: typing.ClassVar[dict] = {'waypoints': 'of Waypoint: minimum-jerk moves from each to the next; first at time 0', 'recording': "CSV file of a human motion, in place of the waypoints (see dual_proxy.recording); in a scenario's file relative to that, else to the working directory", 'recording_units': '"m", "cm" or "mm", of the positions in it, default "m"', 'recording_scale': 'by which its lengths are multiplied, in (0, 1000], default 1', 'press_depth': "m, how far below first touch a recording's contact height goes, in [0, 0.1], default 0.04"}
     def __copy__(self) -> OperatorParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperatorParams:
@@ -4737,10 +5207,26 @@ class OperatorParams:
     @property
     def recording(self) -> str:
         """
-        CSV file of a human motion, in place of the waypoints; relative to the working directory
+        CSV file of a human motion, in place of the waypoints (see dual_proxy.recording); in a scenario's file relative to that, else to the working directory
         """
     @recording.setter
     def recording(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def recording_scale(self) -> float:
+        """
+        by which its lengths are multiplied, in (0, 1000], default 1
+        """
+    @recording_scale.setter
+    def recording_scale(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def recording_units(self) -> str:
+        """
+        "m", "cm" or "mm", of the positions in it, default "m"
+        """
+    @recording_units.setter
+    def recording_units(self, arg1: typing.Any) -> None:
         ...
     @property
     def waypoints(self) -> tuple:
@@ -4755,6 +5241,7 @@ class AngularFilterParams:
     The angular filter: a force-space particle filter of moments and angular
     velocity. In a scenario the keys of `filter` stand directly in `angular_filter`.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('enabled', 'num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles', 'prior_std', 'friction_cone')
     fields: typing.ClassVar[dict] = {'enabled': 'whether it runs, default false', 'filter': 'ForceSpaceParticleFilterParams, with N m for N and rad/s for m/s; thresholds by default (0.08, 0.2, 0.02, 0.1) for update, (0, 0.05, 0.02, 0.2) for resampling'}
@@ -4780,12 +5267,36 @@ class AngularFilterParams:
         Raises ValueError naming the field, the range and the value.
         """
     @property
+    def alpha_add(self) -> typing.Any:
+        """
+        share of the largest singular value above which a direction is added, in (0, 1), default 0.5
+        """
+    @alpha_add.setter
+    def alpha_add(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def alpha_remove(self) -> typing.Any:
+        """
+        share below which it is removed, in (0, alpha_add], default 0.1
+        """
+    @alpha_remove.setter
+    def alpha_remove(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def enabled(self) -> bool:
         """
         whether it runs, default false
         """
     @enabled.setter
     def enabled(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def epsilon(self) -> typing.Any:
+        """
+        vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6
+        """
+    @epsilon.setter
+    def epsilon(self, arg1: typing.Any) -> None:
         ...
     @property
     def filter(self) -> ForceSpaceParticleFilterParams:
@@ -4795,6 +5306,86 @@ class AngularFilterParams:
     @filter.setter
     def filter(self, arg1: typing.Any) -> None:
         ...
+    @property
+    def friction_cone(self) -> typing.Any:
+        """
+        of likelihood "friction_cone"
+        """
+    @friction_cone.setter
+    def friction_cone(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def likelihood(self) -> typing.Any:
+        """
+        "paper" (eq. 6 to 8) or "friction_cone" (contacts with friction), default "friction_cone"
+        """
+    @likelihood.setter
+    def likelihood(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def num_particles(self) -> typing.Any:
+        """
+        n_p, 2 to 100000, default 1000
+        """
+    @num_particles.setter
+    def num_particles(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def period(self) -> typing.Any:
+        """
+        s, > 0, time between updates, default 1/15
+        """
+    @period.setter
+    def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def prior_particles(self) -> typing.Any:
+        """
+        particles that each prior normal adds to an update, 0 to 100000, default 50
+        """
+    @prior_particles.setter
+    def prior_particles(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def prior_std(self) -> typing.Any:
+        """
+        rad, in (0, pi], how sure a prior is, default 0.1
+        """
+    @prior_std.setter
+    def prior_std(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def resampling_thresholds(self) -> typing.Any:
+        """
+        weigh every particle, default 0, 3 N, 0.001, 0.01 m/s
+        """
+    @resampling_thresholds.setter
+    def resampling_thresholds(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def scatter_mean(self) -> typing.Any:
+        """
+        mean of the scatter per axis and update, -1 to 1, default 0
+        """
+    @scatter_mean.setter
+    def scatter_mean(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def scatter_std(self) -> typing.Any:
+        """
+        standard deviation of the scatter per axis and update, 0 to 1, default 0.025
+        """
+    @scatter_std.setter
+    def scatter_std(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def update_thresholds(self) -> typing.Any:
+        """
+        weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s
+        """
+    @update_thresholds.setter
+    def update_thresholds(self, arg1: typing.Any) -> None:
+        ...
 class Scenario:
     """
     The fields of a scenario. Use dual_proxy.Scenario, which adds mappings and YAML.
@@ -4802,8 +5393,8 @@ class Scenario:
     LAWS: typing.ClassVar[tuple] = ('default', 'printed')
     SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force')
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('description', 'robot', 'scheme', 'law', 'duration', 'extend_for_delay', 'seed', 'scene', 'map', 'link', 'robot_proxy', 'controller', 'filter', 'angular_filter', 'haptic_proxy', 'haptic_controller', 'position_force', 'device', 'sensor', 'operator', 'overrides')
-    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': '"panda"', 'scheme': '"dual_proxy" or "position_force", the two-channel baseline', 'law': '"default", this project\'s, or "printed", the paper\'s to the letter', 'duration': 's, in [0.001, 3600], default 20', 'extend_for_delay': "lengthen the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off; default true", 'seed': 'of everything random, >= 0, default 0', 'scene': 'PandaSceneParams', 'map': 'WorkspaceMapParams; its p_cw is a copy', 'link': 'LinkParams', 'robot_proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'filter': 'ForceSpaceParticleFilterParams', 'angular_filter': 'AngularFilterParams', 'haptic_proxy': 'HapticSideProxyParams', 'haptic_controller': 'HapticControllerParams', 'position_force': 'PositionForceHapticSideParams', 'device': 'SimulatedHapticDeviceParams', 'sensor': 'ForceTorqueSensorParams', 'operator': 'OperatorParams'}
+    _serialized_names: typing.ClassVar[tuple] = ('description', 'robot', 'scheme', 'law', 'duration', 'extend_for_delay', 'seed', 'control_period', 'scene', 'map', 'link', 'robot_proxy', 'controller', 'filter', 'angular_filter', 'haptic_proxy', 'haptic_controller', 'position_force', 'device', 'sensor', 'operator', 'overrides')
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': '"panda"', 'scheme': '"dual_proxy" or "position_force", the two-channel baseline', 'law': '"default", this project\'s, or "printed", the paper\'s to the letter', 'duration': 's, in [0.001, 3600], default 20', 'extend_for_delay': "lengthen the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off; default true", 'seed': 'of everything random, >= 0, default 0', 'control_period': "s, of both sides' control, in [1e-5, 0.01], default 0.001", 'scene': 'PandaSceneParams', 'map': 'WorkspaceMapParams; its p_cw is a copy', 'link': 'LinkParams', 'robot_proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'filter': 'ForceSpaceParticleFilterParams', 'angular_filter': 'AngularFilterParams', 'haptic_proxy': 'HapticSideProxyParams', 'haptic_controller': 'HapticControllerParams', 'position_force': 'PositionForceHapticSideParams', 'device': 'SimulatedHapticDeviceParams', 'sensor': 'ForceTorqueSensorParams', 'operator': 'OperatorParams'}
     def __copy__(self) -> Scenario:
         ...
     def __deepcopy__(self, memo: dict) -> Scenario:
@@ -4825,16 +5416,21 @@ class Scenario:
         """
         Sets what `scheme` and `law` decide.
         """
-    def _calc_operator_path(self) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], bool, typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]]:
+    def _calc_operator_path(self) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], bool, typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], float, str]:
         """
         Where the operator means the tool to go: times (n,), s; positions (n, 3), m, in B;
         whether it is densely sampled; rotation vectors from map.R_cw, (n, 3), rad, in B, or (0, 3)
-        for none. Raises ScenarioError if a recording cannot be read.
+        for none; of a recording, lengths in it per length recorded, else 1, and a line about it,
+        else "". Raises ScenarioError if a recording cannot be read.
         """
     def _read(self, mapping: dict) -> None:
         """
         Reads what a YAML file has below the scenario's name; presets and overrides included.
         Raises ScenarioError.
+        """
+    def _resolve_paths(self, directory: str) -> None:
+        """
+        Makes `operator.recording` absolute; a relative one is in `directory`.
         """
     def _write(self) -> dict:
         """
@@ -4868,6 +5464,14 @@ class Scenario:
         """
     @angular_filter.setter
     def angular_filter(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def control_period(self) -> float:
+        """
+        s, of both sides' control, in [1e-5, 0.01], default 0.001
+        """
+    @control_period.setter
+    def control_period(self, arg1: typing.Any) -> None:
         ...
     @property
     def controller(self) -> OperationalSpaceControllerParams:
@@ -5034,12 +5638,37 @@ class Scenario:
     @sensor.setter
     def sensor(self, arg1: typing.Any) -> None:
         ...
+class _RunLogStore:
+    """
+    Takes the rows of a log while they are made; see the C++ header.
+    """
+    def __init__(self, num_columns: typing.SupportsInt | typing.SupportsIndex, capacity: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def append(self, times: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], samples: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.f_contiguous"]) -> None:
+        """
+        times: (n,), s. samples: (num_columns, n).
+        """
+    def release(self) -> None:
+        """
+        Gives back the memory that a file's rows occupy after they were read.
+        """
+    @property
+    def time(self) -> typing.Any:
+        """
+        (num_rows,), s; a view.
+        """
+    @property
+    def values(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (num_rows, num_columns); a view.
+        """
 class FilterTrialParams:
     """
     Parameters of run_filter_trial(). `seed` decides what is not here: the scene's
     orientation, details of the path, stiffness of contact and controller, the tool's
     radius, the noise, and when the first update is.
     """
+    __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     fields: typing.ClassVar[dict] = {'scene': '"free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing" or "soft", default "plane"', 'drive': '"closed_loop" (point robot with the filter\'s selections), "true_selection" (with the true ones, 20 ms late) or "kinematic" (no dynamics), default "closed_loop"', 'friction': 'mu, 0 to 2, default 0.3', 'speed': 'm/s, > 0: of sliding, default 0.05', 'force': 'N, > 0: of pressing, default 6', 'force_noise': "N, >= 0: std per axis on each update's mean, default 0.2", 'velocity_noise': 'm/s, >= 0: likewise, default 0.0005', 'hold_time': 's, >= 0: of pressing still, default 0.7', 'seed': '>= 0, default 0'}
     def __copy__(self) -> FilterTrialParams:
@@ -5286,13 +5915,13 @@ def _angular_metric_descriptions() -> list[tuple[str, str, str]]:
     """
     The same of those of the angular filter.
     """
-def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], map: WorkspaceMapParams, delay: typing.SupportsFloat | typing.SupportsIndex, has_filter: bool, control_period: typing.SupportsFloat | typing.SupportsIndex, wall_s: typing.SupportsFloat | typing.SupportsIndex | None) -> list[tuple[str, None | bool | int | float | list[str]]]:
+def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], signals: collections.abc.Sequence[tuple[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]]], store: _RunLogStore | None, map: WorkspaceMapParams, delay: typing.SupportsFloat | typing.SupportsIndex, has_filter: bool, control_period: typing.SupportsFloat | typing.SupportsIndex, recording_scale: typing.SupportsFloat | typing.SupportsIndex | None, wall_s: typing.SupportsFloat | typing.SupportsIndex | None) -> list[tuple[str, None | bool | int | float | list[str]]]:
     """
     [(key, value)] of every metric, in order.
     
     time: (n,), s. signals: [(name, (n,) or (n, size))]. store: what they are in, or None.
     """
-def _describe_broken_limits(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], control_period: typing.SupportsFloat | typing.SupportsIndex) -> list[str]:
+def _describe_broken_limits(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], signals: collections.abc.Sequence[tuple[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]]], store: _RunLogStore | None, control_period: typing.SupportsFloat | typing.SupportsIndex) -> list[str]:
     """
     A text for each limit of the arm that was broken; the arguments are those of
     `_compute_metrics`.
@@ -5321,7 +5950,7 @@ def _metrics_out(metrics: collections.abc.Sequence[tuple[str, None | bool | typi
     """
     The keys of the metrics [(key, value)] that are not as they should be.
     """
-def _normal_error_deg(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], signals: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+def _normal_error_deg(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], signals: collections.abc.Sequence[tuple[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]]], store: _RunLogStore | None) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
     """
     (n,), deg; the arguments are those of `_compute_metrics`.
     """
@@ -5330,7 +5959,7 @@ def _place_recording(times: typing.Annotated[numpy.typing.ArrayLike, numpy.float
     (times (m,), positions (m, 3)). reachable: whether all of some points, (n, 3), can be
     reached.
     """
-def _read_recording(path: str) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], numpy.typing.NDArray[numpy.float64] | None]:
+def _read_recording(path: str, units: str, scale: typing.SupportsFloat | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], numpy.typing.NDArray[numpy.float64] | None]:
     """
     (times (n,), positions (n, 3), rotations (n, 3, 3) or None).
     """
@@ -5357,4 +5986,6 @@ _ARM_LIMITS: dict
 _FILTER_TRIAL_DRIVES: tuple = ('closed_loop', 'true_selection', 'kinematic')
 _FILTER_TRIAL_SCENES: tuple = ('free', 'plane', 'cylinder', 'inner_corner', 'step_edge', 'still', 'grazing', 'soft')
 _LIKELIHOODS: tuple = ('paper', 'friction_cone')
+_RECORDING_EXAMPLE: str = 't,px,py,pz\n0.00,0.450,0.010,0.200\n0.01,0.451,0.010,0.199\n'
+_RECORDING_FORMAT: str = 'columns t (s), px, py, pz (m), separated by commas, their names in the first line; optional: qw, qx, qy, qz (orientation)'
 _RECORDING_MOVE_TIME: float = 2.0

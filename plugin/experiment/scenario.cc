@@ -251,6 +251,7 @@ void Scenario::CheckAcross() const {
         Join(name, ".angular_filter.period: expected at least control_period (",
              control_period, " s), got ", angular_filter.filter.period));
   }
+  CheckPeriods();
   if (sensor.tare && sensor.force_noise_std >= sensor.tare_max_noise) {
     throw ScenarioError(
         Join(name, ".sensor.force_noise_std: expected less than ",
@@ -262,7 +263,6 @@ void Scenario::CheckAcross() const {
     CheckAgainstNoise("angular_filter", angular_filter.filter,
                       sensor.moment_noise_std);
   }
-  CheckPeriods();
   if (operator_params.recording.empty()) CheckWaypoints();
 }
 

@@ -57,8 +57,7 @@ ForceLoopState ForceLoop::MakeState() const noexcept {
   return state;
 }
 
-Vector3d ForceLoop::CalcBraking(const Vector3d& force,
-                                const Vector3d& velocity,
+Vector3d ForceLoop::CalcBraking(const Vector3d& force, const Vector3d& velocity,
                                 const Vector3d& last) const noexcept {
   const double speed = velocity.norm();
   const double gain = std::max(0.0, speed - last.norm()) / params_.period;

@@ -58,8 +58,8 @@ struct ForceLoopState {
 - The speed limit takes the share s from what of F_f drives the motion v_f =
   Omega_b v on, and adds -s 5 Kvf v_f. s goes smoothly from 0 to 1 as the speed
   that the tool will have in 10 ms goes from half the limit to all of it: what
-  drives the arm can be taken back only so fast (the torque's rate). It only ever
-  takes power from the tool.
+  drives the arm can be taken back only so fast (the torque's rate). It only
+ever takes power from the tool.
 - With F_fb = F_f - F_r the passivity controller sees all of the feedback. It
   starts anew when Omega_f becomes zero.
 

@@ -47,8 +47,8 @@ TEST_F(ForceLoopTest, LawOfEquation13) {
 }
 
 // Against nothing the loop drives the tool to the speed limit at most, however
-// large the force that it wants, with a period of delay and a force that changes
-// only so fast, as the arm's.
+// large the force that it wants, with a period of delay and a force that
+// changes only so fast, as the arm's.
 TEST_F(ForceLoopTest, SpeedLimitHoldsAToolThatNothingStops) {
   params_.speed_limit = 0.1;
   for (const double mass : {1.0, 4.0, 7.0}) {
@@ -249,6 +249,7 @@ struct ContactCase {
 
 ContactResult SimulateContact(const ContactCase& c) {
   ForceLoopParams params;
+  params.speed_limit = 1e9;  // What it does alone is not asked here.
   params.filter_cutoff = c.cutoff;
   params.passivity.enabled = c.passivity;
   params.gain = c.gain;

@@ -20,15 +20,15 @@ def find_errors():
         for info in pkgutil.walk_packages(dp.__path__, "dual_proxy.")
         if info.name not in ("dual_proxy._native", "dual_proxy.__main__")
     ]
-    found = {item for module in modules for item in vars(module).values()}
     return sorted(
-        (
+        {
             item
-            for item in found
+            for module in modules
+            for item in vars(module).values()
             if isinstance(item, type)
             and issubclass(item, BaseException)
             and item.__module__.startswith("dual_proxy")
-        ),
+        },
         key=lambda item: item.__name__,
     )
 
@@ -61,7 +61,7 @@ def fail(seed):
         if now > 0.1:
             raise RuntimeError(f"stopped {seed}")
 
-    dp.run("plane", duration=0.3, seed=seed, progress=stop)
+    dp.run("plane", duration=0.4, seed=seed, progress=stop)
 
 
 def test_a_failing_run_does_not_break_the_pool():

@@ -115,12 +115,13 @@ class CommunicationChannel(Face):
         check_positive("CommunicationChannel", "rate", rate)
         check_positive("CommunicationChannel", "period", period)
         model = message if message is not None else _core.PoseMessage()
-        self._kind = next((kind for kind in _KINDS if isinstance(model, kind)), None)
-        if self._kind is None:
+        kind = next((kind for kind in _KINDS if isinstance(model, kind)), None)
+        if kind is None:
             raise TypeError(
                 "CommunicationChannel: `message` expected PoseMessage() or "
                 f"ForceMessage(), got {message!r}"
             )
+        self._kind = kind
         params = deepcopy(params or _core.CommunicationChannelParams())
         self._channel: _core.CommunicationChannel | _core.ForceCommunicationChannel = (
             _core.ForceCommunicationChannel(params)
