@@ -52,5 +52,5 @@ if __name__ == "__main__":
     parser.add_argument("--check", action="store_true")
     options = parser.parse_args()
     if options.check:
-        sys.exit(check(options.stub))
+        sys.exit(check(options.stub) or 0)
     options.stub.write_text(generate())
