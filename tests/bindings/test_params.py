@@ -88,7 +88,7 @@ def test_bools_and_strings_of_numpy_are_those_of_python():
             "extend_for_delay": np.bool_(False),
             "link.reordering": np.array(False),
             "scheme": np.str_("position_force"),
-            "map.p_cw": np.array([0.45, 0.0, 0.2], dtype=np.float32),
+            "scene.start_position": np.array([0.45, 0.0, 0.2], dtype=np.float32),
         }
     )
     assert plane.extend_for_delay is False
@@ -220,6 +220,8 @@ def test_params_are_the_same_after_pickling(params):
 
 @pytest.mark.parametrize("params", PARAMS, ids=name_of)
 def test_drake_dumps_and_loads_every_class(params):
+    if params is dp.ArmModelParams:
+        pytest.skip("it is made from a plant: without masses there is none")
     dut = full(params)
     assert yaml_load_typed(schema=params, data=yaml_dump_typed(dut)) == dut
 

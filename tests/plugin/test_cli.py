@@ -56,7 +56,7 @@ def station(monkeypatch, make_log):
     def write_replay(log, path, **_):
         path.write_text(f"{len(log)} rows")
 
-    def write_report(log, metrics, scenario, path, failure="", links=()):
+    def write_report(log, metrics, scenario, path, failure="", links=(), recording=""):
         path.write_text(f"{len(log)} rows {failure} {links}")
 
     for name, content in (

@@ -61,7 +61,7 @@ def fail(seed):
         if now > 0.1:
             raise RuntimeError(f"stopped {seed}")
 
-    dp.run("plane", duration=0.3, seed=seed, progress=stop)
+    dp.run("plane", duration=0.4, seed=seed, progress=stop)
 
 
 def test_a_failing_run_does_not_break_the_pool():
