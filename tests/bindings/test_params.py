@@ -88,7 +88,7 @@ def test_bools_and_strings_of_numpy_are_those_of_python():
             "extend_for_delay": np.bool_(False),
             "link.reordering": np.array(False),
             "scheme": np.str_("position_force"),
-            "scene.start_position": np.array([0.45, 0.0, 0.2], dtype=np.float32),
+            "scene.start_position": np.array([0.45, 0.0, 0.48], dtype=np.float32),
         }
     )
     assert plane.extend_for_delay is False

@@ -506,8 +506,6 @@ def test_torque_is_held_while_the_robot_state_is_none(name):
         np.zeros((3, 1)),
         np.ones((3, 9)),
         np.ones(3),
-        "no normals",
-        None,
     ],
 )
 def test_bad_prior_leaves_the_one_before(bad):
