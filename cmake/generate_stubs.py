@@ -7,6 +7,7 @@ The stub differs with the version of Python, which stands in its first line: it 
 checked only with that version.
 """
 
+import argparse
 import re
 import subprocess
 import sys
@@ -46,7 +47,10 @@ def check(stub: Path) -> str:
 
 
 if __name__ == "__main__":
-    path = Path(sys.argv[-1])
-    if sys.argv[1:-1] == ["--check"]:
-        sys.exit(check(path))
-    path.write_text(generate())
+    parser = argparse.ArgumentParser()
+    parser.add_argument("stub", type=Path)
+    parser.add_argument("--check", action="store_true")
+    options = parser.parse_args()
+    if options.check:
+        sys.exit(check(options.stub) or 0)
+    options.stub.write_text(generate())

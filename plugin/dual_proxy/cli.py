@@ -393,7 +393,7 @@ def _fault(result: Run) -> str:
         return "the log holds values that are not finite"
     sensor = result.scenario.sensor
     ready = result.log["sensor_ready"].to_numpy()
-    if result.metrics["sim_s"] > 2.0 * sensor.tare_time and not ready.any():
+    if result.log["sensor_tares_refused"].to_numpy().any() and not ready.any():
         return (
             "the force sensor's bias was not learned, so the robot held still: at "
             f"rest it felt more than sensor.tare_max_force ({sensor.tare_max_force:g} "

@@ -12,7 +12,7 @@ value that it needs is not finite. `finite` says whether the latter happened.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -133,8 +133,9 @@ def describe_broken_limits(log: pd.DataFrame, scenario: Scenario) -> list[str]:
     list of str
         Such as "joint 4 speed 2.31 rad/s at 3.214 s (limit 2.175)".
     """
+    names = [name for name, entry in SIGNALS.items() if not entry.integer]
     return _core._describe_broken_limits(
-        *_run_log(log), control_period=scenario.controller.period
+        *_run_log(log, names), control_period=scenario.controller.period
     )
 
 
@@ -169,17 +170,24 @@ def normal_error_deg(log: pd.DataFrame) -> Array:
     (n,), deg, in [0, 90]
         NaN where there is no true contact or no estimate; see `METRICS`.
     """
-    return _core._normal_error_deg(*_run_log(log))
+    names = (
+        *("contact_force", "contact_normal", "contact_dimension"),
+        *("dimension", "force_direction", "force_selection"),
+    )
+    return _core._normal_error_deg(*_run_log(log, names))
 
 
 def _run_log(
-    log: pd.DataFrame,
+    log: pd.DataFrame, names: Iterable[str] = (*SIGNALS, *ANGULAR_SIGNALS)
 ) -> tuple[Array, list[tuple[str, NDArray[Any]]], _core._RunLogStore | None]:
-    """Return times, values of the signals that the log has, and where they are."""
+    """Return times, values of those signals that the log has, and where they are.
+
+    Integers are copied, as C++ takes doubles.
+    """
     columns = set(log.columns)
     signals = [
         (name, signal(log, name))
-        for name in SIGNALS | ANGULAR_SIGNALS
+        for name in names
         if columns.issuperset(column_names(name))
     ]
     return log.index.to_numpy(np.float64), signals, log_store(log)

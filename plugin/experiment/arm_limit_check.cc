@@ -10,7 +10,7 @@ namespace dual_proxy {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 // What may be over a limit, relative to it, from rounding alone.
 constexpr double kTolerance = 1e-6;
@@ -22,11 +22,14 @@ struct Worst {
   double value{-std::numeric_limits<double>::infinity()};
 };
 
-Worst FindWorst(const MatrixXd& table) {
+/** The table may be an expression: it takes no memory. */
+template <typename Derived>
+Worst FindWorst(const Eigen::MatrixBase<Derived>& table) {
   Worst worst;
   for (Index j = 0; j < table.cols(); ++j) {
     for (Index i = 0; i < table.rows(); ++i) {
-      if (table(i, j) > worst.value) worst = {i, j, table(i, j)};
+      const double value = table(i, j);
+      if (value > worst.value) worst = {i, j, value};
     }
   }
   return worst;
@@ -47,13 +50,13 @@ class Checks {
   /** Takes the sizes of a quantity that has a limit, one column or one for each
   joint, from row `first` of the log on.
   @param share whether the metric is relative to the limit. */
-  template <int kColumns>
+  template <typename Derived, int kColumns>
   void Add(const char* name, const char* metric, const char* quantity,
-           const char* unit, const MatrixXd& sizes,
+           const char* unit, const Eigen::MatrixBase<Derived>& sizes,
            const Eigen::Matrix<double, kColumns, 1>& limit, bool share,
            Index first = 0) {
-    const MatrixXd shares = sizes.array().rowwise() / limit.transpose().array();
-    const Worst worst = FindWorst(shares);
+    const auto shares = sizes.array().rowwise() / limit.transpose().array();
+    const Worst worst = FindWorst(shares.matrix());
     const double size = sizes(worst.row, worst.column);
     Add(name, metric, sizes.allFinite(), share ? worst.value : size,
         IsOverLimit(worst.value, 1),
@@ -62,10 +65,10 @@ class Checks {
   }
 
   /** Takes the joints' positions. */
-  void AddPositions(const MatrixXd& q, const ArmLimits& limits) {
+  void AddPositions(const RunLog::Values<7>& q, const ArmLimits& limits) {
     // How far beyond the nearer limit; negative within.
-    const MatrixXd above = q.rowwise() - limits.joint_upper.transpose();
-    const MatrixXd below = -(q.rowwise() - limits.joint_lower.transpose());
+    const auto above = q.rowwise() - limits.joint_upper.transpose();
+    const auto below = -(q.rowwise() - limits.joint_lower.transpose());
     const Worst worst = FindWorst(above.cwiseMax(below));
     const Index j = worst.column;
     const bool is_above = above(worst.row, j) >= below(worst.row, j);
@@ -119,16 +122,16 @@ std::vector<ArmLimitCheck> CheckArmLimits(const RunLog& log,
   }
   if (log.Has("robot_velocity")) {
     checks.Add("tool_speed", "tool_speed_max_m_s", "tool speed", "m/s",
-               log.Signal<3>("robot_velocity").rowwise().norm(),
+               VectorXd(log.Signal<3>("robot_velocity").rowwise().norm()),
                One(limits.tool_speed), false);
   }
   if (log.Has("torque")) {
-    const MatrixXd torque = log.Signal<7>("torque");
+    const auto torque = log.Signal<7>("torque");
     checks.Add("torque", "torque_share_max", "torque", "N m", torque.cwiseAbs(),
                limits.torque, true);
     const Index n = torque.rows() - 1;
     if (n > 0 && HasEveryPeriod(log, control_period)) {
-      const MatrixXd change = torque.bottomRows(n) - torque.topRows(n);
+      const auto change = torque.bottomRows(n) - torque.topRows(n);
       checks.Add(
           "torque_rate", "torque_rate_max_Nm_s", "torque rate", "N m/s",
           change.cwiseAbs() / control_period,
@@ -139,10 +142,10 @@ std::vector<ArmLimitCheck> CheckArmLimits(const RunLog& log,
   if (log.Has("robot_position") && log.Has("robot_proxy_position")) {
     checks.Add("proxy_distance", "proxy_distance_max_m",
                "distance from the proxy", "m",
-               (log.Signal<3>("robot_position") -
-                log.Signal<3>("robot_proxy_position"))
-                   .rowwise()
-                   .norm(),
+               VectorXd((log.Signal<3>("robot_position") -
+                         log.Signal<3>("robot_proxy_position"))
+                            .rowwise()
+                            .norm()),
                One(limits.proxy_distance), false);
   }
   return checks.Take();

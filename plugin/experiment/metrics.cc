@@ -596,6 +596,7 @@ Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
     values.at("real_time_factor") = sim_s / *wall_s;
   }
   AddArmMetrics(log, params, &values);
+  log.Release();
   if (n > 1) {
     const Truth truth = FindTruth(log, params);
     AddPositionMetrics(log, params, truth, &values);

@@ -25,6 +25,8 @@ constexpr double kEntryTime = 0.02;        // s: the approach's speed is gone.
 constexpr double kSettlingTime = 0.05;     // s: no drop by velocity before.
 constexpr double kDepartureTime = 0.5;     // s: until a departure is forgotten.
 constexpr double kDeparted = 3e-4;         // m: beyond its noise it is clear.
+constexpr double kLightLevel = 0.22;       // of loss_force: not even lightly.
+constexpr double kLightWeight = 2;         // of its evidence.
 constexpr double kPressed = 4;             // times loss_force: not lightly.
 constexpr double kConflictTime = 0.03;     // s: of motion along a normal.
 constexpr double kSettledSlide = 0.002;    // m: the normal is known by then.
@@ -405,7 +407,11 @@ bool ContactTracker::DropLost(const Vector3d& velocity, const Vector3d& command,
       contact.departed = departure_decay_ * contact.departed +
                          period_ * velocity.dot(contact.normal);
       contact.way = departure_decay_ * contact.way + period_ * speed;
-      change *= CalcLossShare(contact, command);
+      // Of a light contact there is at least a tenth of a newton.
+      const double share = CalcLossShare(contact, command);
+      const double light = kLightWeight * lost_rate_ *
+                           (kLightLevel * params_.loss_force - contact.force);
+      change = share > 0 ? std::max(share * change, light) : light;
     } else {
       contact.departed = contact.way = 0;
     }

@@ -15,6 +15,14 @@ namespace dual_proxy {
 using Eigen::Vector3d;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
+namespace {
+
+/** Periods for which a pose that does not change may be an old one; then it is
+at rest. */
+constexpr int kLongestHold = 10;
+
+}  // namespace
+
 void ForceTorqueAdapterParams::Validate() const {
   constexpr const char* kWho = "ForceTorqueAdapterParams";
   ThrowUnlessNonNegative(kWho, "tool_mass", tool_mass);
@@ -43,14 +51,27 @@ ForceTorqueAdapterState ForceTorqueAdapter::MakeState() const noexcept {
 
 void ForceTorqueAdapter::NoteMotion(const Vector3d& com,
                                     State* state) const noexcept {
+  if (state->com_samples == 0) {
+    state->com_velocity.setZero();
+    state->com = com;
+    state->com_samples = 1;
+    state->com_periods = 0;
+    return;
+  }
+  ++state->com_periods;
+  const bool rests = state->com_periods > kLongestHold;
+  if (com == state->com && !rests) return;
+  const double time = (rests ? 1 : state->com_periods) * params_.period;
+  const Vector3d velocity = (com - state->com) / time;
   if (state->com_samples >= 2) {
-    const Vector3d acceleration = (com - 2 * state->com + state->com_before) /
-                                  (params_.period * params_.period);
+    const Vector3d acceleration = (velocity - state->com_velocity) / time;
     state->inertial_force +=
         gain_ * (params_.tool_mass * acceleration - state->inertial_force);
   }
-  state->com_samples = std::min(2, state->com_samples + 1);
-  state->com_before = state->com;
+  state->com_samples = 2;
+  state->com_velocity = velocity;
+  // At rest every sample is one.
+  if (com != state->com) state->com_periods = 0;
   state->com = com;
 }
 

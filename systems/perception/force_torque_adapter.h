@@ -93,10 +93,12 @@ struct ForceTorqueAdapterState {
   std::int64_t rest_samples{0};
   Vector6d rest_sum{Vector6d::Zero()};
   Eigen::Vector3d rest_squares{Eigen::Vector3d::Zero()};
-  /** m, in B: the last places of the tool's centre of mass, and how many. */
+  /** m and m/s, in B: last place and velocity of the tool's centre of mass, of
+  how many samples (up to 2), and how many periods it has been there. */
   Eigen::Vector3d com{Eigen::Vector3d::Zero()};
-  Eigen::Vector3d com_before{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d com_velocity{Eigen::Vector3d::Zero()};
   int com_samples{0};
+  int com_periods{0};
   /** N, in B: of the arm on the tool, because the tool accelerates. */
   Eigen::Vector3d inertial_force{Eigen::Vector3d::Zero()};
 };
@@ -108,7 +110,8 @@ environment, in this project's sign: INTO the surface that the tool pushes on.
     M_B = R_BS (m - m_bias) + p_com x (m g_B - m a_com) - p_SE x F_B   (about E)
 
 The tool's acceleration follows from its last three places: the model knows
-where its mass is. (The moment that turns the tool about its own centre of mass
+where its mass is. Poses that come less often than samples are taken as of when
+they change. (The moment that turns the tool about its own centre of mass
 is left; it is less than a sensor's noise.)
 
 The bias is learned before anything moves: over `tare_time` at rest, as the mean

@@ -182,7 +182,7 @@ def test_link_status_is_complete():
         (dp.PoseSenderParams, "period", -1.0),
         (dp.CommunicationChannelParams, "delay", -0.1),
         (dp.CommunicationChannelParams, "jitter", np.nan),
-        (dp.CommunicationChannelParams, "loss", 1.0),
+        (dp.CommunicationChannelParams, "loss", 1.5),
         (dp.LinkMonitorParams, "timeout", 0.0),
         (dp.LinkMonitorParams, "max_age", -1.0),
         (dp.LinkMonitorParams, "spike_threshold", 0.0),

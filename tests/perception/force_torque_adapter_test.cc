@@ -71,6 +71,20 @@ TEST_F(ForceTorqueAdapterTest, AnAcceleratingToolExertsNothing) {
   }
 }
 
+// A simulated plant, or an arm's state, may step less often than the sensor.
+TEST_F(ForceTorqueAdapterTest, PosesThatComeInStepsAreNoJolts) {
+  const ForceTorqueAdapter dut(params_);
+  ForceTorqueAdapterState state = dut.MakeState();
+  const double start = input_.X_BE.p.x();
+  input_.measured = Measure(Vector3d::Zero(), Vector3d::Zero());
+  for (int i = 0; i < 500; ++i) {
+    input_.X_BE.p.x() = start + 0.1 * (i / 4) * 0.004;
+    dut.Update(input_, &state);
+    // The start from rest is a jolt.
+    if (i > 20) ASSERT_LT(state.wrench.norm(), 1e-6) << i;
+  }
+}
+
 TEST_F(ForceTorqueAdapterTest, LearnsTheBiasAtRestAndIsBlindUntilThen) {
   params_.tare = true;
   const ForceTorqueAdapter dut(params_);

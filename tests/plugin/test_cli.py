@@ -56,7 +56,7 @@ def station(monkeypatch, make_log):
     def write_replay(log, path, **_):
         path.write_text(f"{len(log)} rows")
 
-    def write_report(log, metrics, scenario, path, failure="", links=()):
+    def write_report(log, metrics, scenario, path, failure="", links=(), recording=""):
         path.write_text(f"{len(log)} rows {failure} {links}")
 
     for name, content in (
@@ -390,7 +390,10 @@ def test_values_that_are_not_finite_fail_the_command(capsys, station, tmp_path):
     assert json.loads((tmp_path / "metrics.json").read_text())["finite"] is False
 
 
-def test_a_run_that_breaks_limits_of_the_arm_has_failed(capsys, station, tmp_path):
+def test_a_run_that_breaks_limits_of_the_arm_has_failed(
+    capsys, station, tmp_path, monkeypatch
+):
+    monkeypatch.delitem(sys.modules, "dual_proxy.report")  # The real one.
     station.log = station.log.copy()
     station.log.iloc[100, station.log.columns.get_loc("joint_velocity_0")] = 3.0
     station.log.iloc[200, station.log.columns.get_loc("robot_velocity_x")] = 2.0

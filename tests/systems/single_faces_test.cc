@@ -466,6 +466,7 @@ TEST(WiringTest, RobotSideOfSeparateFaces) {
     builder.Connect(proxy->GetOutputPort(name), controller->GetInputPort(name));
   }
   builder.ExportInput(proxy->get_haptic_message_input_port(), "haptic_message");
+  builder.ExportInput(proxy->get_sensor_ready_input_port(), "sensor_ready");
   builder.ExportInput(arm->get_robot_state_input_port(), "robot_state");
   builder.ConnectInput("robot_state", controller->get_robot_state_input_port());
   for (const char* name :

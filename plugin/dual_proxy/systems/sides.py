@@ -150,8 +150,8 @@ class RobotSide(_Side):
                           # (optional: it can); otherwise the robot holds its
                           # place (not with a simulated sensor)
     - tare                # 1, asks for the sensor's bias to be learned anew when
-                          # it comes to exceed 0.5 (optional; only with a
-                          # simulated sensor)
+                          # it comes to exceed 0.5 (only with a simulated
+                          # sensor; optional)
     output_ports:
     - signals             # all results, see `layout` (name -> slice)
     - torque              # 7, N m, with gravity compensation
