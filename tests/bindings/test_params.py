@@ -221,8 +221,6 @@ def test_params_are_the_same_after_pickling(params):
 
 @pytest.mark.parametrize("params", PARAMS, ids=name_of)
 def test_drake_dumps_and_loads_every_class(params):
-    if params is dp.ArmModelParams:
-        pytest.skip("it is made from a plant: without masses there is none")
     dut = full(params)
     assert yaml_load_typed(schema=params, data=yaml_dump_typed(dut)) == dut
 
