@@ -286,7 +286,7 @@ class BindParams {
  public:
   using Class = py::class_<Params, std::unique_ptr<Params, ParamsDeleter>>;
 
-  /** @param checked whether the constructor validates. */
+  /** @param checked whether the constructor validates what it is given. */
   BindParams(py::module_& m, const char* name, const char* doc,
              bool checked = true)
       : class_(m, name, doc) {
@@ -304,7 +304,9 @@ class BindParams {
                const py::object self =
                    py::cast(&params, py::return_value_policy::reference);
                SetFields(self, kwargs);
-               if (checked) params.Validate();
+               // Defaults alone need not be valid: what reads a file fills
+               // them.
+               if (checked && !kwargs.empty()) params.Validate();
                return params;
              }),
              "Keyword arguments are the fields; the rest have their defaults.\n"

@@ -73,7 +73,7 @@ def test_wrong_shapes_name_the_field(name):
 
 def test_invalid_params_name_the_field():
     with pytest.raises(ValueError, match=r"`mass\[0\]` expected a finite value > 0"):
-        ArmModelParams()
+        ArmModel(ArmModelParams())
     params = make_params()
     params.R_PJ = np.zeros((7, 3, 3))
     with pytest.raises(ValueError, match=r"`R_PJ\[0\]`"):

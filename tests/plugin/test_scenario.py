@@ -263,7 +263,10 @@ def test_wrong_values_set_in_python_are_found_by_validate(plane):
 
 
 def test_lists_are_changed_by_assigning_the_whole(plane):
-    first, *rest = map(copy.copy, plane.operator.waypoints)
+    first, *rest = plane.operator.waypoints
+    with pytest.raises(AttributeError, match="Waypoint: field `position` cannot be"):
+        first.position = [0.45, 0.01, 0.48]
+    first = copy.copy(first)
     first.position = [0.45, 0.01, 0.48]
     assert plane.operator.waypoints[0].position[1] == 0.0
     plane.operator.waypoints = [first, *rest]
