@@ -3,7 +3,7 @@
 # <site-packages>/lib64, neither of which it searches by itself. Packages found by
 # the project's own CMAKE_PREFIX_PATH go first; without Python only these are left.
 
-find_package(Python 3.10 QUIET COMPONENTS Interpreter)
+find_package(Python 3.11 QUIET COMPONENTS Interpreter)
 if(Python_Interpreter_FOUND)
   execute_process(
     COMMAND

@@ -5,13 +5,8 @@ With them installed, the package builds without build isolation, so that one
 build directory serves the wheel and the C++ tests.
 """
 
-import sys
+import tomllib
 from pathlib import Path
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    from pip._vendor import tomli as tomllib
 
 project = tomllib.loads(
     (Path(__file__).resolve().parents[1] / "pyproject.toml").read_text()

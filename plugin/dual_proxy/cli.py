@@ -195,8 +195,8 @@ def _describe(error: BaseException) -> str:
     if isinstance(error, OSError) and error.strerror:
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror}"
-    if isinstance(error, ImportError):
-        return f"cannot import {error.name or 'what is needed'}: {text}"
+    if isinstance(error, ImportError) and (error.name or "") not in text:
+        return f"cannot import {error.name}: {text}"
     if isinstance(error, KeyboardInterrupt):
         return text or "interrupted"
     if isinstance(error, MemoryError):

@@ -347,7 +347,7 @@ def test_pydrake_that_cannot_be_loaded_is_one_line(capsys, monkeypatch, tmp_path
         monkeypatch.delitem(sys.modules, name)
     status, out, err = run_cli(capsys, "run", "plane", "--out", tmp_path / "x")
     assert (status, out) == (2, "")
-    assert err.startswith("dual-proxy: error: cannot import pydrake")
+    assert err.startswith("dual-proxy: error: pydrake cannot be loaded: ")
     assert err.count("\n") == 1
     assert not (tmp_path / "x").exists()
 
