@@ -36,7 +36,8 @@ $(READY): pyproject.toml constraints.txt
 # From then on warnings are errors in this build folder, for `make test` as well.
 lint: WARNINGS := -Ccmake.define.CMAKE_COMPILE_WARNING_AS_ERROR=ON
 lint: build  ## Check warnings, formatting, style, types and stubs; change nothing
-	$(BIN)/clang-format --dry-run --Werror $(CPP_FILES)
+	@echo clang-format
+	@$(BIN)/clang-format --dry-run --Werror $(CPP_FILES)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy

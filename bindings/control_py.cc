@@ -143,6 +143,8 @@ void BindForceLoop(py::module_& m) {
       .Field("damping", &P::damping, "Kvf, N s/m, >= 0, default 20")
       .Field("max_integral_force", &P::max_integral_force,
              "N, >= 0: bound of the integral's force, default 10")
+      .Field("integral_delay", &P::integral_delay,
+             "s, >= 0: before a new contact is integrated, default 0")
       .Field("speed_limit", &P::speed_limit,
              "m/s, > 0: how fast the loop may move the tool, default 0.1")
       .Field("filter_cutoff", &P::filter_cutoff,
@@ -197,6 +199,9 @@ void BindOperationalSpaceController(py::module_& m) {
       .Field("force_damping", &P::force_damping, "Kvf, N s/m, >= 0, default 20")
       .Field("max_integral_force", &P::max_integral_force,
              "N, >= 0, default 10")
+      .Field("force_integral_delay", &P::force_integral_delay,
+             "s, >= 0: before forces and moments of a new contact are "
+             "integrated, default 0, in scenarios 0.1")
       .Field("moment_gain", &P::moment_gain, ">= 0, default 2.5")
       .Field("moment_integral_gain", &P::moment_integral_gain,
              "1/s, >= 0, default 5.5")
@@ -300,7 +305,7 @@ void BindOperationalSpaceController(py::module_& m) {
              const py::object& reference_moment,
              const py::object& force_selection,
              const py::object& moment_selection,
-             const py::object& sensed_wrench, S& state) {
+             const py::object& sensed_wrench, S& state, bool sensor_ready) {
             return self.Update(
                 {.model = {.J_BE = AsFixed<Matrix67>(jacobian, "jacobian"),
                            .mass = AsFixed<Matrix7>(mass, "mass"),
@@ -318,7 +323,8 @@ void BindOperationalSpaceController(py::module_& m) {
                  .reference_moment = Vec3(reference_moment, "reference_moment"),
                  .force_selection = Mat3(force_selection, "force_selection"),
                  .moment_selection = Mat3(moment_selection, "moment_selection"),
-                 .sensed_wrench = Vec6(sensed_wrench, "sensed_wrench")},
+                 .sensed_wrench = Vec6(sensed_wrench, "sensed_wrench"),
+                 .sensor_ready = sensor_ready},
                 &state);
           },
           py::arg("jacobian"), py::arg("mass"), py::arg("bias"),
@@ -328,10 +334,12 @@ void BindOperationalSpaceController(py::module_& m) {
           py::arg("reference_force"), py::arg("reference_moment"),
           py::arg("force_selection"), py::arg("moment_selection"),
           py::arg("sensed_wrench"), py::arg("state"),
+          py::arg("sensor_ready") = true,
           "Advances `state` by one period. Six-vectors are [linear; angular] "
           "or [force; moment], in B; jacobian (6, 7), mass (7, 7), bias "
           "(7,) without gravity, gravity (7,) as Drake's "
-          "CalcGravityGeneralizedForces.\n"
+          "CalcGravityGeneralizedForces. Unless `sensor_ready` nothing is "
+          "force-controlled.\n"
           "Returns an OperationalSpaceControllerOutput.");
 
   m.def(

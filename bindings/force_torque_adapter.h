@@ -29,7 +29,7 @@ void AddForceTorqueAdapterFields(BindParams<P>* params) {
           "false, in scenarios true")
       .template Field<double>(
           "tare_time", &P::tare_time,
-          "s, > 0: how long the tool has to be at rest for it, default 0.5")
+          "s, in (0, 10]: how long the tool has to be at rest, default 0.5")
       .template Field<double>(
           "tare_speed", &P::tare_speed,
           "m/s, > 0: slower than this it is at rest, default 0.005")

@@ -263,7 +263,8 @@ void BindRobotSideProxy(py::module_& m) {
       .Field("max_motion_error", &P::max_motion_error,
              "bound on |dx_m|, m, >= 0, 0 is none, default 0.012")
       .Field("max_distance", &P::max_distance,
-             "m, > 0, default 0.15: how far the proxy may go from the robot")
+             "m, in (0, 0.25], default 0.15: how far the proxy may go from the "
+             "robot")
       .Field("handover", &P::handover,
              "\"bumpless\" (from the sensed force) or \"printed\" (from where "
              "it is): how the forces start in a new direction")

@@ -217,16 +217,14 @@ void BindForceTorqueSensor(py::module_& m) {
           "environment.")
       .def_property_readonly(
           "ready", [](const State& self) { return self.adapter.ready; },
-          "Whether the bias is known.")
+          "Whether there are samples, and their bias is known.")
       .def_property_readonly(
           "adapter", [](const State& self) { return self.adapter; },
           "ForceTorqueAdapterState. A copy.")
       .def_property_readonly(
           "bad_inputs",
-          [](const State& self) {
-            return self.bad_inputs + self.adapter.bad_inputs;
-          },
-          "Samples refused, by the sensor or by the adapter.")
+          [](const State& self) { return self.adapter.bad_inputs; },
+          "Samples refused.")
       .def_property_readonly(
           "tares_refused",
           [](const State& self) { return self.adapter.tares_refused; },

@@ -34,6 +34,8 @@ int Run(const std::string& scenario_path, const std::string& out_dir,
   const double end = scenario.CalcRunDuration();
   const auto store = MakeRunLogStore(station, end);
 
+  const dual_proxy::MetricsParams params = MakeMetricsParams(scenario);
+
   const auto begin = std::chrono::steady_clock::now();
   for (double time = 0; time < end;) {
     time = std::min(time + 1.0, end);
@@ -44,7 +46,6 @@ int Run(const std::string& scenario_path, const std::string& out_dir,
       std::chrono::steady_clock::now() - begin;
 
   const dual_proxy::RunLog log = MakeRunLog(store, station.signals);
-  const dual_proxy::MetricsParams params = MakeMetricsParams(scenario);
   const dual_proxy::Metrics metrics =
       dual_proxy::ComputeMetrics(log, params, wall.count());
   std::filesystem::create_directories(out_dir);
@@ -57,7 +58,10 @@ int Run(const std::string& scenario_path, const std::string& out_dir,
   for (const std::string& text : broken) {
     std::cerr << "limit of the arm broken: " << text << "\n";
   }
-  return broken.empty() ? 0 : 3;
+  const auto out = dual_proxy::FindMetricsOut(metrics);
+  const bool finite = std::ranges::find(out, "finite") == out.end();
+  if (!finite) std::cerr << "the log holds values that are not finite\n";
+  return broken.empty() && finite ? 0 : 3;
 }
 
 }  // namespace

@@ -1055,7 +1055,7 @@ class RobotSideProxyParams:
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('map', 'workspace', 'limiter', 'link', 'interpolate', 'interpolator', 'stiffness', 'rotational_stiffness', 'max_force', 'max_moment', 'force_rate', 'moment_rate', 'max_motion_error', 'max_distance', 'handover', 'period')
-    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose", 'interpolator': 'PoseInterpolatorParams', 'stiffness': 'k_vir_r, N/m, >= 0, default 500', 'rotational_stiffness': 'N m/rad, >= 0, default 10', 'max_force': 'N, >= 0, default 20', 'max_moment': 'N m, >= 0, default 2', 'force_rate': 'N/s, > 0, default 50', 'moment_rate': 'N m/s, > 0, default 10', 'max_motion_error': 'bound on |dx_m|, m, >= 0, 0 is none, default 0.012', 'max_distance': 'm, > 0, default 0.15: how far the proxy may go from the robot', 'handover': '"bumpless" (from the sensed force) or "printed" (from where it is): how the forces start in a new direction', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose", 'interpolator': 'PoseInterpolatorParams', 'stiffness': 'k_vir_r, N/m, >= 0, default 500', 'rotational_stiffness': 'N m/rad, >= 0, default 10', 'max_force': 'N, >= 0, default 20', 'max_moment': 'N m, >= 0, default 2', 'force_rate': 'N/s, > 0, default 50', 'moment_rate': 'N m/s, > 0, default 10', 'max_motion_error': 'bound on |dx_m|, m, >= 0, 0 is none, default 0.012', 'max_distance': 'm, in (0, 0.25], default 0.15: how far the proxy may go from the robot', 'handover': '"bumpless" (from the sensed force) or "printed" (from where it is): how the forces start in a new direction', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> RobotSideProxyParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideProxyParams:
@@ -1136,7 +1136,7 @@ class RobotSideProxyParams:
     @property
     def max_distance(self) -> float:
         """
-        m, > 0, default 0.15: how far the proxy may go from the robot
+        m, in (0, 0.25], default 0.15: how far the proxy may go from the robot
         """
     @max_distance.setter
     def max_distance(self, arg1: typing.Any) -> None:
@@ -2170,7 +2170,7 @@ class ForceTorqueAdapterParams:
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('tool_mass', 'tool_com', 'gravity', 'cutoff', 'tare', 'tare_time', 'tare_speed', 'tare_max_force', 'tare_max_noise', 'period')
-    fields: typing.ClassVar[dict] = {'tool_mass': 'kg, >= 0: mass beyond the sensor, whose weight and inertia are removed, default 0', 'tool_com': '(3,), m, in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0, along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own low-pass (0: none), default 0", 'tare': "whether the sensor's bias is learned before anything moves; default false, in scenarios true", 'tare_time': 's, > 0: how long the tool has to be at rest for it, default 0.5', 'tare_speed': 'm/s, > 0: slower than this it is at rest, default 0.005', 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias, default 10', 'tare_max_noise': 'N, > 0: noise (std per axis) with which no bias is learned, default 1', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'tool_mass': 'kg, >= 0: mass beyond the sensor, whose weight and inertia are removed, default 0', 'tool_com': '(3,), m, in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0, along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own low-pass (0: none), default 0", 'tare': "whether the sensor's bias is learned before anything moves; default false, in scenarios true", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest, default 0.5', 'tare_speed': 'm/s, > 0: slower than this it is at rest, default 0.005', 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias, default 10', 'tare_max_noise': 'N, > 0: noise (std per axis) with which no bias is learned, default 1', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> ForceTorqueAdapterParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceTorqueAdapterParams:
@@ -2251,7 +2251,7 @@ class ForceTorqueAdapterParams:
     @property
     def tare_time(self) -> float:
         """
-        s, > 0: how long the tool has to be at rest for it, default 0.5
+        s, in (0, 10]: how long the tool has to be at rest, default 0.5
         """
     @tare_time.setter
     def tare_time(self, arg1: typing.Any) -> None:
@@ -2619,7 +2619,7 @@ class ForceLoopParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'gain': 'Kpf, >= 0, default 2.5', 'integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': "N, >= 0: bound of the integral's force, default 10", 'speed_limit': 'm/s, > 0: how fast the loop may move the tool, default 0.1', 'filter_cutoff': 'Hz, >= 0: low-pass on the sensed force, 0 is off, default 100', 'release_time': 's, >= 0: in which a cut-off integral fades, default 0.03', 'passivity': 'its period is ignored', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'gain': 'Kpf, >= 0, default 2.5', 'integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': "N, >= 0: bound of the integral's force, default 10", 'integral_delay': 's, >= 0: before a new contact is integrated, default 0', 'speed_limit': 'm/s, > 0: how fast the loop may move the tool, default 0.1', 'filter_cutoff': 'Hz, >= 0: low-pass on the sensed force, 0 is off, default 100', 'release_time': 's, >= 0: in which a cut-off integral fades, default 0.03', 'passivity': 'its period is ignored', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> ForceLoopParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceLoopParams:
@@ -2664,6 +2664,14 @@ class ForceLoopParams:
         """
     @gain.setter
     def gain(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def integral_delay(self) -> float:
+        """
+        s, >= 0: before a new contact is integrated, default 0
+        """
+    @integral_delay.setter
+    def integral_delay(self, arg1: typing.Any) -> None:
         ...
     @property
     def integral_gain(self) -> float:
@@ -2761,8 +2769,8 @@ class OperationalSpaceControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('position_stiffness', 'position_damping', 'rotation_stiffness', 'rotation_damping', 'force_gain', 'force_integral_gain', 'force_damping', 'max_integral_force', 'moment_gain', 'moment_integral_gain', 'moment_damping', 'max_integral_moment', 'force_speed_limit', 'moment_speed_limit', 'force_filter_cutoff', 'feed_forward', 'selection_blend_time', 'passivity', 'force_passivity', 'moment_passivity', 'unit_mass_motion_force', 'unit_inertia_motion_moment', 'q_rest', 'posture_stiffness', 'posture_damping', 'max_mass', 'characteristic_length', 'joint_limits', 'torque_limit', 'torque_rate_limit', 'torque_margin', 'period')
-    fields: typing.ClassVar[dict] = {'position_stiffness': 'Kpm, 1/s^2, >= 0, default 500', 'position_damping': 'Kvm, 1/s, >= 0, default 40', 'rotation_stiffness': '1/s^2, >= 0, default 600', 'rotation_damping': '1/s, >= 0, default 38', 'force_gain': 'Kpf, >= 0, default 2.5', 'force_integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'force_damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': 'N, >= 0, default 10', 'moment_gain': '>= 0, default 2.5', 'moment_integral_gain': '1/s, >= 0, default 5.5', 'moment_damping': 'N m s/rad, >= 0, default 0.8', 'max_integral_moment': 'N m, >= 0, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100', 'feed_forward': "proxy's velocity and acceleration fed forward; false: as printed; default true", 'selection_blend_time': 's, >= 0; 0 switches at once, as printed; default 0.03', 'passivity': 'passivity controllers on; default true', 'force_passivity': 'of the force loop; its enabled and period are ignored', 'moment_passivity': 'of the moment loop; its enabled and period are ignored', 'unit_mass_motion_force': 'output motion_force is Lambda^-1 F_m; false: F_m as printed; default true', 'unit_inertia_motion_moment': 'output motion_moment is the command of a unit inertia; false: M_m, N m; default false', 'q_rest': '(7,), rad: posture in the null space', 'posture_stiffness': '1/s^2, >= 0, default 25', 'posture_damping': '1/s, >= 0, default 10', 'max_mass': 'kg, > 0: bound of the apparent mass, default 50', 'characteristic_length': 'm, > 0: turns inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams', 'torque_limit': '(7,), N m, > 0', 'torque_rate_limit': 'N m/s, > 0, default 1000', 'torque_margin': '[0, 1): share of both torque limits kept free, default 0.05', 'period': 's, > 0, default 0.001'}
+    _serialized_names: typing.ClassVar[tuple] = ('position_stiffness', 'position_damping', 'rotation_stiffness', 'rotation_damping', 'force_gain', 'force_integral_gain', 'force_damping', 'max_integral_force', 'force_integral_delay', 'moment_gain', 'moment_integral_gain', 'moment_damping', 'max_integral_moment', 'force_speed_limit', 'moment_speed_limit', 'force_filter_cutoff', 'feed_forward', 'selection_blend_time', 'passivity', 'force_passivity', 'moment_passivity', 'unit_mass_motion_force', 'unit_inertia_motion_moment', 'q_rest', 'posture_stiffness', 'posture_damping', 'max_mass', 'characteristic_length', 'joint_limits', 'torque_limit', 'torque_rate_limit', 'torque_margin', 'period')
+    fields: typing.ClassVar[dict] = {'position_stiffness': 'Kpm, 1/s^2, >= 0, default 500', 'position_damping': 'Kvm, 1/s, >= 0, default 40', 'rotation_stiffness': '1/s^2, >= 0, default 600', 'rotation_damping': '1/s, >= 0, default 38', 'force_gain': 'Kpf, >= 0, default 2.5', 'force_integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'force_damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': 'N, >= 0, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0, in scenarios 0.1', 'moment_gain': '>= 0, default 2.5', 'moment_integral_gain': '1/s, >= 0, default 5.5', 'moment_damping': 'N m s/rad, >= 0, default 0.8', 'max_integral_moment': 'N m, >= 0, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100', 'feed_forward': "proxy's velocity and acceleration fed forward; false: as printed; default true", 'selection_blend_time': 's, >= 0; 0 switches at once, as printed; default 0.03', 'passivity': 'passivity controllers on; default true', 'force_passivity': 'of the force loop; its enabled and period are ignored', 'moment_passivity': 'of the moment loop; its enabled and period are ignored', 'unit_mass_motion_force': 'output motion_force is Lambda^-1 F_m; false: F_m as printed; default true', 'unit_inertia_motion_moment': 'output motion_moment is the command of a unit inertia; false: M_m, N m; default false', 'q_rest': '(7,), rad: posture in the null space', 'posture_stiffness': '1/s^2, >= 0, default 25', 'posture_damping': '1/s, >= 0, default 10', 'max_mass': 'kg, > 0: bound of the apparent mass, default 50', 'characteristic_length': 'm, > 0: turns inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams', 'torque_limit': '(7,), N m, > 0', 'torque_rate_limit': 'N m/s, > 0, default 1000', 'torque_margin': '[0, 1): share of both torque limits kept free, default 0.05', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> OperationalSpaceControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperationalSpaceControllerParams:
@@ -2823,6 +2831,14 @@ class OperationalSpaceControllerParams:
         """
     @force_gain.setter
     def force_gain(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_integral_delay(self) -> float:
+        """
+        s, >= 0: before forces and moments of a new contact are integrated, default 0, in scenarios 0.1
+        """
+    @force_integral_delay.setter
+    def force_integral_delay(self, arg1: typing.Any) -> None:
         ...
     @property
     def force_integral_gain(self) -> float:
@@ -3151,9 +3167,9 @@ class OperationalSpaceController:
         ...
     def make_state(self) -> OperationalSpaceControllerState:
         ...
-    def update(self, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, motion_error: typing.Any, rotation_error: typing.Any, proxy_velocity: typing.Any, proxy_acceleration: typing.Any, reference_force: typing.Any, reference_moment: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: OperationalSpaceControllerState) -> OperationalSpaceControllerOutput:
+    def update(self, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, motion_error: typing.Any, rotation_error: typing.Any, proxy_velocity: typing.Any, proxy_acceleration: typing.Any, reference_force: typing.Any, reference_moment: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: OperationalSpaceControllerState, sensor_ready: bool = True) -> OperationalSpaceControllerOutput:
         """
-        Advances `state` by one period. Six-vectors are [linear; angular] or [force; moment], in B; jacobian (6, 7), mass (7, 7), bias (7,) without gravity, gravity (7,) as Drake's CalcGravityGeneralizedForces.
+        Advances `state` by one period. Six-vectors are [linear; angular] or [force; moment], in B; jacobian (6, 7), mass (7, 7), bias (7,) without gravity, gravity (7,) as Drake's CalcGravityGeneralizedForces. Unless `sensor_ready` nothing is force-controlled.
         Returns an OperationalSpaceControllerOutput.
         """
     @property
@@ -3627,7 +3643,7 @@ class ForceTorqueSensorParams:
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
     _serialized_names: typing.ClassVar[tuple] = ('force_noise_std', 'moment_noise_std', 'force_bias', 'moment_bias', 'tool_mass', 'tool_com', 'gravity', 'cutoff', 'tare', 'tare_time', 'tare_speed', 'tare_max_force', 'tare_max_noise', 'period')
-    fields: typing.ClassVar[dict] = {'force_noise_std': 'N, >= 0, per axis and sample, default 0.2', 'moment_noise_std': 'N m, >= 0, per axis and sample, default 0.005', 'force_bias': '(3,), N, in S, default 0', 'moment_bias': '(3,), N m, in S, default 0', 'tool_mass': 'kg, >= 0: mass beyond the sensor, whose weight and inertia are removed, default 0', 'tool_com': '(3,), m, in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0, along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own low-pass (0: none), default 0", 'tare': "whether the sensor's bias is learned before anything moves; default false, in scenarios true", 'tare_time': 's, > 0: how long the tool has to be at rest for it, default 0.5', 'tare_speed': 'm/s, > 0: slower than this it is at rest, default 0.005', 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias, default 10', 'tare_max_noise': 'N, > 0: noise (std per axis) with which no bias is learned, default 1', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'force_noise_std': 'N, >= 0, per axis and sample, default 0.2', 'moment_noise_std': 'N m, >= 0, per axis and sample, default 0.005', 'force_bias': '(3,), N, in S, default 0', 'moment_bias': '(3,), N m, in S, default 0', 'tool_mass': 'kg, >= 0: mass beyond the sensor, whose weight and inertia are removed, default 0', 'tool_com': '(3,), m, in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0, along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own low-pass (0: none), default 0", 'tare': "whether the sensor's bias is learned before anything moves; default false, in scenarios true", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest, default 0.5', 'tare_speed': 'm/s, > 0: slower than this it is at rest, default 0.005', 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias, default 10', 'tare_max_noise': 'N, > 0: noise (std per axis) with which no bias is learned, default 1', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> ForceTorqueSensorParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceTorqueSensorParams:
@@ -3740,7 +3756,7 @@ class ForceTorqueSensorParams:
     @property
     def tare_time(self) -> float:
         """
-        s, > 0: how long the tool has to be at rest for it, default 0.5
+        s, in (0, 10]: how long the tool has to be at rest, default 0.5
         """
     @tare_time.setter
     def tare_time(self, arg1: typing.Any) -> None:
@@ -3777,7 +3793,7 @@ class ForceTorqueSensorState:
     @property
     def bad_inputs(self) -> int:
         """
-        Samples refused, by the sensor or by the adapter.
+        Samples refused.
         """
     @property
     def measured(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
@@ -3787,7 +3803,7 @@ class ForceTorqueSensorState:
     @property
     def ready(self) -> bool:
         """
-        Whether the bias is known.
+        Whether there are samples, and their bias is known.
         """
     @property
     def tares_refused(self) -> int:

@@ -648,7 +648,7 @@ std::vector<std::string> FindMetricsOut(const Metrics& metrics,
     }
     return std::any_of(
         limits.begin(), limits.end(), [&](const MetricLimit& limit) {
-          return limit.key == key && (IsOverLimit(limit.least, number) ||
+          return limit.key == key && (IsOverLimit(-number, -limit.least) ||
                                       IsOverLimit(number, limit.most));
         });
   };

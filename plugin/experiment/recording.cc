@@ -433,15 +433,15 @@ void CheckMotion(const std::string& path, const VectorXd& t,
                  " m/s), expected at most ", kMaxSpeed, remedy);
     }
     const double change = (step.velocity - last.velocity).norm();
-    const double time = (interval + last.interval) / 2;
+    const double allowed = std::max(
+        kMaxSpeedChange, kMaxAcceleration * (interval + last.interval) / 2);
     const bool here = step.distance >= last.distance;
     const Step& larger = here ? step : last;
-    if (larger.distance >= kMinJump &&
-        change > std::max(kMaxSpeedChange, kMaxAcceleration * time)) {
+    if (larger.distance >= kMinJump && change > allowed) {
       ThrowAtRow(path, here ? i : i - 1, ": the hand jumps by ",
                  Rounded(larger.distance), " m in ", Rounded(larger.interval),
                  " s (its velocity changes by ", Rounded(change),
-                 " m/s), expected at most ", kMaxSpeedChange, remedy);
+                 " m/s), expected at most ", Rounded(allowed), remedy);
     }
     last = step;
   }

@@ -117,9 +117,16 @@ std::string FindUnstableLoop(const Scenario& scenario, double control_period,
   loop.period = period;
   const ContactModel contact{.stiffness = scenario.scene.contact_stiffness,
                              .damping = ContactDamping(scenario.scene)};
-  if (ForceLoopSettles(loop, contact, step)) return {};
-  return Join("force control (controller.force_gain ", controller.force_gain,
-              ") swings on a contact of ", contact.stiffness, " N/m");
+  if (!ForceLoopSettles(loop, contact, step)) {
+    return Join("force control (controller.force_gain ", controller.force_gain,
+                ") swings on a contact of ", contact.stiffness, " N/m");
+  }
+  if (!ForceLoopKeepsItsSpeedLimit(loop, contact.mass,
+                                   std::min(step, kUsualStep))) {
+    return Join("force control (controller.force_speed_limit ",
+                controller.force_speed_limit, ") is too fast in the air");
+  }
+  return {};
 }
 
 }  // namespace
@@ -164,6 +171,7 @@ void Scenario::ApplyPresets() {
     controller.feed_forward = false;
     controller.selection_blend_time = 0;
     controller.force_filter_cutoff = 0;
+    controller.force_integral_delay = 0;
     controller.passivity = false;
   }
 }
@@ -258,7 +266,9 @@ void Scenario::CheckAcross() const {
              "sensor.tare_max_noise (", sensor.tare_max_noise,
              " N), or no bias can be learned, got ", sensor.force_noise_std));
   }
-  CheckAgainstNoise("filter", filter, sensor.force_noise_std);
+  if (scheme == Scheme::kDualProxy) {
+    CheckAgainstNoise("filter", filter, sensor.force_noise_std);
+  }
   if (has_angular_filter()) {
     CheckAgainstNoise("angular_filter", angular_filter.filter,
                       sensor.moment_noise_std);

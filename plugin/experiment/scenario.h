@@ -222,7 +222,11 @@ struct Scenario {
   WorkspaceMapParams map;
   LinkParams link;
   RobotSideProxyParams robot_proxy;
-  OperationalSpaceControllerParams controller;
+  OperationalSpaceControllerParams controller{[] {
+    OperationalSpaceControllerParams params;
+    params.force_integral_delay = 0.1;
+    return params;
+  }()};
   /** At 100 Hz; see docs/benchmarks.md. */
   ForceSpaceParticleFilterParams filter{[] {
     ForceSpaceParticleFilterParams params;

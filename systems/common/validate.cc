@@ -34,6 +34,10 @@ std::string Text(const Matrix& matrix) {
   return text.str();
 }
 
+std::string EntryName(const char* field, Eigen::Index index) {
+  return std::string(field) + "[" + std::to_string(index) + "]";
+}
+
 }  // namespace
 
 std::string NumberText(double value) {
@@ -69,15 +73,20 @@ void ThrowUnlessAllInRange(const char* who, const char* field,
                            const Eigen::Ref<const Eigen::VectorXd>& values,
                            Bound low, Bound high) {
   for (int i = 0; i < values.size(); ++i) {
-    std::string entry = field;
-    entry.append("[").append(std::to_string(i)).append("]");
-    ThrowUnlessInRange(who, entry.c_str(), values(i), low, high);
+    ThrowUnlessInRange(who, EntryName(field, i).c_str(), values(i), low, high);
   }
 }
 
 void ThrowUnlessPositive(const char* who, const char* field, double value) {
   if (std::isfinite(value) && value > 0) return;
   Throw(who, field, "a finite value > 0", NumberText(value));
+}
+
+void ThrowUnlessAllPositive(const char* who, const char* field,
+                            const Eigen::Ref<const Eigen::VectorXd>& values) {
+  for (int i = 0; i < values.size(); ++i) {
+    ThrowUnlessPositive(who, EntryName(field, i).c_str(), values(i));
+  }
 }
 
 void ThrowUnlessNonNegative(const char* who, const char* field, double value) {

@@ -64,6 +64,11 @@ void ThrowUnlessAllInRange(const char* who, const char* field,
 /** @throws std::invalid_argument unless value is finite and > 0. */
 void ThrowUnlessPositive(const char* who, const char* field, double value);
 
+/** The same for every entry; the error names the first wrong one, `field[i]`.
+ */
+void ThrowUnlessAllPositive(const char* who, const char* field,
+                            const Eigen::Ref<const Eigen::VectorXd>& values);
+
 /** @throws std::invalid_argument unless value is finite and >= 0. */
 void ThrowUnlessNonNegative(const char* who, const char* field, double value);
 

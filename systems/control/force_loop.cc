@@ -34,6 +34,7 @@ void ForceLoopParams::Validate() const {
   ThrowUnlessNonNegative(who, "integral_gain", integral_gain);
   ThrowUnlessNonNegative(who, "damping", damping);
   ThrowUnlessNonNegative(who, "max_integral_force", max_integral_force);
+  ThrowUnlessNonNegative(who, "integral_delay", integral_delay);
   ThrowUnlessPositive(who, "speed_limit", speed_limit);
   ThrowUnlessNonNegative(who, "filter_cutoff", filter_cutoff);
   ThrowUnlessNonNegative(who, "release_time", release_time);
@@ -77,6 +78,7 @@ Vector3d ForceLoop::Update(const Vector3d& reference, const Vector3d& sensed,
   if (!state->initialized) {
     state->initialized = true;
     state->sensed = sensed;
+    state->passivity.velocity = velocity;
   }
   state->sensed += filter_gain_ * (sensed - state->sensed);
   const Vector3d error = state->sensed - reference;
@@ -88,13 +90,15 @@ Vector3d ForceLoop::Update(const Vector3d& reference, const Vector3d& sensed,
       state->released -= params_.integral_gain * (state->integral - kept);
     }
     state->integral = kept;
+    if (selection.trace() > state->selection.trace() + 0.5) state->settled = 0;
     state->selection = selection;
     // What was saved up in one contact is not for the next one's first touch.
     if (selection.isZero(0)) {
       state->passivity.energy = params_.passivity.initial_energy;
     }
   }
-  if (params_.integral_gain > 0) {
+  state->settled += params_.period;
+  if (params_.integral_gain > 0 && state->settled > params_.integral_delay) {
     state->integral =
         Saturate(state->integral + params_.period * (selection * error),
                  params_.max_integral_force / params_.integral_gain);

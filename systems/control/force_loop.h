@@ -15,6 +15,7 @@ struct ForceLoopParams {
   double damping{20};         ///< Kvf, N s/m [N m s/rad], >= 0.
   /** N [N m], >= 0: bound on the norm of the integral's force. */
   double max_integral_force{10};
+  double integral_delay{0};  ///< s, >= 0: before a new contact is integrated.
   /** m/s [rad/s], > 0: how fast the loop may move the tool. */
   double speed_limit{0.1};
   /** Hz, >= 0: cutoff of the low-pass on the sensed force; 0 is off. */
@@ -37,6 +38,7 @@ struct ForceLoopState {
   Eigen::Vector3d released{Eigen::Vector3d::Zero()};  ///< Fading force, N.
   /** Omega_f at the last update. */
   Eigen::Matrix3d selection{Eigen::Matrix3d::Zero()};
+  double settled{0};  ///< s: since Omega_f has grown.
   TimeDomainPassivityState passivity{};
   bool initialized{false};  ///< The filter starts at the first sensed force.
 };
@@ -54,7 +56,8 @@ struct ForceLoopState {
   and the contact force would collapse for as long.
 - The integral lives in the range of Omega_f: it is projected when Omega_f
   changes, zero when Omega_f is zero, bounded by max_integral_force. What is cut
-  off fades out within release_time.
+  off fades out within release_time. It waits for integral_delay after Omega_f
+  has grown: what an impact leaves in it would lift a light contact off again.
 - The speed limit takes the share s from what of F_f drives the motion v_f =
   Omega_b v on, and adds -s 5 Kvf v_f. s goes smoothly from 0 to 1 as the speed
   that the tool will have in 10 ms goes from half the limit to all of it: what

@@ -19,10 +19,9 @@ void JointLimitsParams::Validate() const {
   constexpr const char* kWho = "JointLimitsParams";
   ThrowUnlessFinite(kWho, "lower", lower);
   ThrowUnlessFinite(kWho, "upper", upper);
-  ThrowUnlessFinite(kWho, "speed", speed);
-  ThrowUnlessPositive(kWho, "speed", speed.minCoeff());
+  ThrowUnlessAllPositive(kWho, "speed", speed);
   ThrowUnlessNonNegative(kWho, "position_margin", position_margin);
-  ThrowUnlessInRange(kWho, "speed_margin", speed_margin, 0, 0.99);
+  ThrowUnlessInRange(kWho, "speed_margin", speed_margin, 0, Open(1));
   for (int i = 0; i < 7; ++i) {
     if (lower(i) + 2 * position_margin < upper(i)) continue;
     const std::string field = "upper[" + std::to_string(i) + "]";
@@ -51,10 +50,12 @@ bool JointLimits::IsNear(const Vector7& q, const Vector7& v) const noexcept {
 Vector7 JointLimits::Limit(const Vector7& q, const Vector7& v,
                            const Vector7& acceleration) const noexcept {
   const Vector7 margin = Vector7::Constant(params_.position_margin);
-  const Vector7 highest =
-      ((params_.upper - margin - q) / kEndTime).cwiseMin(speed_);
-  const Vector7 lowest =
-      ((params_.lower + margin - q) / kEndTime).cwiseMax(-speed_);
+  const Vector7 highest = ((params_.upper - margin - q) / kEndTime)
+                              .cwiseMin(speed_)
+                              .cwiseMax(-speed_);
+  const Vector7 lowest = ((params_.lower + margin - q) / kEndTime)
+                             .cwiseMax(-speed_)
+                             .cwiseMin(speed_);
   return acceleration.cwiseMin((highest - v) / kSpeedTime)
       .cwiseMax((lowest - v) / kSpeedTime);
 }

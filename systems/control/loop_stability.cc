@@ -13,6 +13,8 @@ constexpr double kDuration = 2;   // s
 constexpr double kSettled = 1;    // s
 constexpr double kNearby = 0.05;  // Share of kForce.
 constexpr double kTooDeep = 0.1;  // Likewise, at the start.
+constexpr double kWanted = 20;    // N, in the air.
+constexpr double kOverSpeed = 1.1;
 
 struct Plant {
   double position{0};
@@ -88,6 +90,32 @@ bool ForceLoopSettles(const ForceLoopParams& params,
   RunLoop(params.period, time_step, kForce, {.position = depth}, control, step,
           watch);
   return settled;
+}
+
+bool ForceLoopKeepsItsSpeedLimit(const ForceLoopParams& params, double mass,
+                                 double time_step) {
+  using Eigen::Vector3d;
+  const ForceLoop loop(params);
+  ForceLoopState state = loop.MakeState();
+  const Vector3d normal = Vector3d::UnitZ();
+  const Eigen::Matrix3d selection = normal * normal.transpose();
+  const auto control = [&](const Plant& plant) {
+    return loop
+        .Update(kWanted * normal, Vector3d::Zero(), plant.velocity * normal,
+                selection, selection, &state)
+        .z();
+  };
+  const auto step = [&](double command, Plant* plant) {
+    plant->velocity += time_step * command / mass;
+  };
+  bool kept = true;
+  const auto watch = [&](double, const Plant& plant) {
+    if (!(std::abs(plant.velocity) <= kOverSpeed * params.speed_limit)) {
+      kept = false;
+    }
+  };
+  RunLoop(params.period, time_step, 0, {}, control, step, watch);
+  return kept;
 }
 
 bool MotionLoopSettles(double stiffness, double damping, double period,

@@ -27,8 +27,17 @@ It is at rest if the force stays within 5 % from 1 s on.
 bool ForceLoopSettles(const ForceLoopParams& loop, const ContactModel& contact,
                       double time_step);
 
-/** The same for motion control of a free unit mass, a = -stiffness x - damping
-v, which starts beside its place: true if it does not swing farther with time.
+/** Tells whether a force loop keeps its speed limit at its period: it wants 20
+N of a free mass, and the mass never gets faster than 1.1 times the limit.
+Sampled as in ForceLoopSettles().
+@param mass kg, > 0. @param time_step s, > 0.
+@throws std::invalid_argument if `loop` is not valid. */
+bool ForceLoopKeepsItsSpeedLimit(const ForceLoopParams& loop, double mass,
+                                 double time_step);
+
+/** The same as ForceLoopSettles() for motion control of a free unit mass, a =
+-stiffness x - damping v, which starts beside its place: true if it does not
+swing farther with time.
 @param stiffness 1/s^2. @param damping 1/s. @param period s, > 0.
 @param time_step s, > 0. */
 bool MotionLoopSettles(double stiffness, double damping, double period,

@@ -19,6 +19,7 @@ ForceLoopParams MakeForceLoopParams(
                        .integral_gain = params.force_integral_gain,
                        .damping = params.force_damping,
                        .max_integral_force = params.max_integral_force,
+                       .integral_delay = params.force_integral_delay,
                        .speed_limit = params.force_speed_limit,
                        .filter_cutoff = params.force_filter_cutoff,
                        .release_time = params.selection_blend_time,
@@ -36,6 +37,7 @@ ForceLoopParams MakeMomentLoopParams(
                        .integral_gain = params.moment_integral_gain,
                        .damping = params.moment_damping,
                        .max_integral_force = params.max_integral_moment,
+                       .integral_delay = params.force_integral_delay,
                        .speed_limit = params.moment_speed_limit,
                        .filter_cutoff = params.force_filter_cutoff,
                        .release_time = params.selection_blend_time,
@@ -49,12 +51,6 @@ TimeDomainPassivityParams WithPeriod(TimeDomainPassivityParams params,
                                      double period) {
   params.period = period;
   return params;
-}
-
-void ThrowUnlessAllPositive(const char* who, const char* field,
-                            const Vector7& value) {
-  ThrowUnlessFinite(who, field, value);
-  ThrowUnlessPositive(who, field, value.minCoeff());
 }
 
 // The lower triangle of A becomes its Cholesky factor; false if A is not
@@ -127,6 +123,7 @@ void OperationalSpaceControllerParams::Validate() const {
   ThrowUnlessNonNegative(who, "force_integral_gain", force_integral_gain);
   ThrowUnlessNonNegative(who, "force_damping", force_damping);
   ThrowUnlessNonNegative(who, "max_integral_force", max_integral_force);
+  ThrowUnlessNonNegative(who, "force_integral_delay", force_integral_delay);
   ThrowUnlessNonNegative(who, "moment_gain", moment_gain);
   ThrowUnlessNonNegative(who, "moment_integral_gain", moment_integral_gain);
   ThrowUnlessNonNegative(who, "moment_damping", moment_damping);
@@ -143,7 +140,7 @@ void OperationalSpaceControllerParams::Validate() const {
   joint_limits.Validate();
   ThrowUnlessAllPositive(who, "torque_limit", torque_limit);
   ThrowUnlessPositive(who, "torque_rate_limit", torque_rate_limit);
-  ThrowUnlessInRange(who, "torque_margin", torque_margin, 0, 0.99);
+  ThrowUnlessInRange(who, "torque_margin", torque_margin, 0, Open(1));
   ThrowUnlessPositive(who, "period", period);
   WithPeriod(force_passivity, period).Validate();
   WithPeriod(moment_passivity, period).Validate();
@@ -269,10 +266,16 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
   const Vector6 twist = model.J_BE * input.v;
   const Vector3d v_BE = twist.head<3>();
   const Vector3d w_BE = twist.tail<3>();
-  const Matrix3d& Omega_f =
-      blend_.Update(input.force_selection, &state->force_selection);
+  // Without a sensor there is no force space, and no error of force.
+  const bool ready = input.sensor_ready;
+  const Matrix3d none = Matrix3d::Zero();
+  const Matrix3d& asked_f = ready ? input.force_selection : none;
+  const Matrix3d& asked_tau = ready ? input.moment_selection : none;
+  Vector6 sensed = input.sensed_wrench;
+  if (!ready) sensed << input.reference_force, input.reference_moment;
+  const Matrix3d& Omega_f = blend_.Update(asked_f, &state->force_selection);
   const Matrix3d& Omega_tau =
-      blend_.Update(input.moment_selection, &state->moment_selection);
+      blend_.Update(asked_tau, &state->moment_selection);
 
   // Motion: eq. (12) for a unit mass, with feed-forward.
   Vector6 velocity_error = twist;
@@ -291,11 +294,11 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
   // Force: eq. (13).
   OperationalSpaceControllerOutput output;
   output.contact_force =
-      force_loop_.Update(input.reference_force, input.sensed_wrench.head<3>(),
-                         v_BE, input.force_selection, Omega_f, &state->force);
-  output.contact_moment = moment_loop_.Update(
-      input.reference_moment, input.sensed_wrench.tail<3>(), w_BE,
-      input.moment_selection, Omega_tau, &state->moment);
+      force_loop_.Update(input.reference_force, sensed.head<3>(), v_BE, asked_f,
+                         Omega_f, &state->force);
+  output.contact_moment =
+      moment_loop_.Update(input.reference_moment, sensed.tail<3>(), w_BE,
+                          asked_tau, Omega_tau, &state->moment);
   Vector6 contact_wrench;
   contact_wrench << output.contact_force, output.contact_moment;
 

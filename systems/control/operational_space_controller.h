@@ -22,10 +22,13 @@ struct OperationalSpaceControllerParams {
   double rotation_stiffness{600};  ///< 1/s^2, >= 0.
   double rotation_damping{38};     ///< 1/s, >= 0.
 
-  double force_gain{2.5};            ///< Kpf, >= 0.
-  double force_integral_gain{5.5};   ///< Kif, 1/s, >= 0.
-  double force_damping{20};          ///< Kvf, N s/m, >= 0.
-  double max_integral_force{10};     ///< N, >= 0: bound on |Kif int|.
+  double force_gain{2.5};           ///< Kpf, >= 0.
+  double force_integral_gain{5.5};  ///< Kif, 1/s, >= 0.
+  double force_damping{20};         ///< Kvf, N s/m, >= 0.
+  double max_integral_force{10};    ///< N, >= 0: bound on |Kif int|.
+  /** s, >= 0: before forces and moments of a new contact are integrated
+  (ForceLoopParams::integral_delay). */
+  double force_integral_delay{0};
   double moment_gain{2.5};           ///< >= 0.
   double moment_integral_gain{5.5};  ///< 1/s, >= 0.
   double moment_damping{0.8};        ///< N m s/rad, >= 0.
@@ -103,6 +106,7 @@ struct OperationalSpaceControllerParams {
     a->Visit(MakeNameValue("force_integral_gain", &force_integral_gain));
     a->Visit(MakeNameValue("force_damping", &force_damping));
     a->Visit(MakeNameValue("max_integral_force", &max_integral_force));
+    a->Visit(MakeNameValue("force_integral_delay", &force_integral_delay));
     a->Visit(MakeNameValue("moment_gain", &moment_gain));
     a->Visit(MakeNameValue("moment_integral_gain", &moment_integral_gain));
     a->Visit(MakeNameValue("moment_damping", &moment_damping));
@@ -176,6 +180,9 @@ struct OperationalSpaceControllerInput {
   Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
   /** [force; moment about E], N, N m. */
   Vector6 sensed_wrench{Vector6::Zero()};
+  /** Whether the force sensor can be relied on; without it nothing is
+  force-controlled. */
+  bool sensor_ready{true};
 };
 
 /** Results of one cycle; 3-vectors in B. */

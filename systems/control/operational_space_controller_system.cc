@@ -19,6 +19,7 @@ OperationalSpaceControllerSystem::OperationalSpaceControllerSystem(
        {"sensed_wrench", "proxy_velocity", "proxy_acceleration"}) {
     DeclareVectorInputPort(name, 6);
   }
+  DeclareVectorInputPort("sensor_ready", 1);
   DeclareMemory({.state = controller_.MakeState(), .output = {}},
                 params.period);
   DeclareVectorOutput("torque", 7, [](const Memory& memory, Vector torque) {
@@ -65,6 +66,7 @@ void OperationalSpaceControllerSystem::Step(const Context& context,
   input.moment_selection =
       EvalMatrix(get_moment_selection_input_port(), context);
   input.sensed_wrench = EvalVector<6>(get_sensed_wrench_input_port(), context);
+  input.sensor_ready = EvalFlag(get_sensor_ready_input_port(), context, true);
   memory->output = controller_.Update(input, &memory->state);
 }
 

@@ -29,6 +29,7 @@ input_ports:
 - sensed_wrench
 - proxy_velocity
 - proxy_acceleration
+- sensor_ready
 output_ports:
 - torque
 - motion_force
@@ -47,6 +48,8 @@ Input ports, in the base frame B; all but `robot_state` are optional and zero:
 - `sensed_wrench`, 6: [force; moment] at E, N, N m.
 - `proxy_velocity`, 6: [linear; angular], m/s, rad/s.
 - `proxy_acceleration`, 6: [linear; angular], m/s^2, rad/s^2.
+- `sensor_ready`, 1: whether the force sensor can be relied on, > 0.5 if so
+  (and if the port is not connected); without it nothing is force-controlled.
 
 Output ports:
 - `torque`, 7, N m: with gravity compensation.
@@ -94,6 +97,9 @@ class OperationalSpaceControllerSystem final
   }
   const InputPort& get_proxy_acceleration_input_port() const {
     return get_input_port(9);
+  }
+  const InputPort& get_sensor_ready_input_port() const {
+    return get_input_port(10);
   }
   const OutputPort& get_torque_output_port() const {
     return get_output_port(0);

@@ -25,8 +25,8 @@ constexpr double kEntryTime = 0.02;        // s: the approach's speed is gone.
 constexpr double kSettlingTime = 0.05;     // s: no drop by velocity before.
 constexpr double kDepartureTime = 0.5;     // s: until a departure is forgotten.
 constexpr double kDeparted = 3e-4;         // m: beyond its noise it is clear.
-constexpr double kLightLevel = 0.22;       // of loss_force: not even lightly.
-constexpr double kLightWeight = 2;         // of its evidence.
+constexpr double kLightLevel = 0.11;       // of loss_force: not even lightly,
+constexpr double kLightWay = 5e-4;         // m: having moved on by this.
 constexpr double kPressed = 4;             // times loss_force: not lightly.
 constexpr double kConflictTime = 0.03;     // s: of motion along a normal.
 constexpr double kSettledSlide = 0.002;    // m: the normal is known by then.
@@ -407,11 +407,16 @@ bool ContactTracker::DropLost(const Vector3d& velocity, const Vector3d& command,
       contact.departed = departure_decay_ * contact.departed +
                          period_ * velocity.dot(contact.normal);
       contact.way = departure_decay_ * contact.way + period_ * speed;
-      // Of a light contact there is at least a tenth of a newton.
       const double share = CalcLossShare(contact, command);
-      const double light = kLightWeight * lost_rate_ *
-                           (kLightLevel * params_.loss_force - contact.force);
-      change = share > 0 ? std::max(share * change, light) : light;
+      // Where it has moved on, a force is sensed, and commanded, that is at
+      // least a little one.
+      const double moved = std::clamp(contact.way / kLightWay - 1, 0.0, 1.0);
+      const double pushed =
+          std::max(command.dot(contact.normal), -2 * params_.loss_force);
+      const double light =
+          moved * lost_rate_ *
+          (kLightLevel * params_.loss_force - 0.5 * (contact.force + pushed));
+      change = std::max(share * change, light);
     } else {
       contact.departed = contact.way = 0;
     }
@@ -497,7 +502,9 @@ void ContactTracker::AddFound(const Vector3d& force, const Vector3d& velocity,
     const Vector3d slide = velocity.stableNormalized();
     normal = force - (state->sliding > 0.5 ? force.dot(slide) : 0.0) * slide;
     if (!(normal.norm() > 0)) return;
-    state->contacts[replaced].impulse.setZero();
+    TrackedContact& contact = state->contacts[replaced];
+    contact.impulse.setZero();
+    contact.loss = contact.departed = contact.way = 0;
     Draw(replaced, normal.normalized(), kFirstStd, particles, state);
     return;
   }

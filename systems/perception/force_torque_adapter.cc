@@ -17,9 +17,11 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 namespace {
 
-/** Periods for which a pose that does not change may be an old one; then it is
-at rest. */
+/** Periods for which a pose that does not change may be an old one; then the
+tool is at rest, or poses are missing. */
 constexpr int kLongestHold = 10;
+/** Samples in a row that may be refused before the last wrench is too old. */
+constexpr std::int64_t kLongestOutage = 10;
 
 }  // namespace
 
@@ -29,7 +31,7 @@ void ForceTorqueAdapterParams::Validate() const {
   ThrowUnlessFinite(kWho, "tool_com", tool_com);
   ThrowUnlessNonNegative(kWho, "gravity", gravity);
   ThrowUnlessNonNegative(kWho, "cutoff", cutoff);
-  ThrowUnlessPositive(kWho, "tare_time", tare_time);
+  ThrowUnlessInRange(kWho, "tare_time", tare_time, Open(0), 10);
   ThrowUnlessPositive(kWho, "tare_speed", tare_speed);
   ThrowUnlessPositive(kWho, "tare_max_force", tare_max_force);
   ThrowUnlessPositive(kWho, "tare_max_noise", tare_max_noise);
@@ -51,28 +53,30 @@ ForceTorqueAdapterState ForceTorqueAdapter::MakeState() const noexcept {
 
 void ForceTorqueAdapter::NoteMotion(const Vector3d& com,
                                     State* state) const noexcept {
-  if (state->com_samples == 0) {
-    state->com_velocity.setZero();
-    state->com = com;
+  if (state->com_samples > 0) {
+    state->com_periods = std::min(state->com_periods + 1, kLongestHold + 1);
+    const bool held = state->com_periods > kLongestHold;
+    if (held) {
+      state->com_samples = 1;
+      state->inertial_force -= gain_ * state->inertial_force;
+    }
+    if (com == state->com) return;
+    if (!held) {
+      const double time = state->com_periods * params_.period;
+      const Vector3d velocity = (com - state->com) / time;
+      if (state->com_samples == 2) {
+        const Vector3d acceleration = (velocity - state->com_velocity) / time;
+        state->inertial_force +=
+            gain_ * (params_.tool_mass * acceleration - state->inertial_force);
+      }
+      state->com_velocity = velocity;
+      state->com_samples = 2;
+    }
+  } else {
     state->com_samples = 1;
-    state->com_periods = 0;
-    return;
   }
-  ++state->com_periods;
-  const bool rests = state->com_periods > kLongestHold;
-  if (com == state->com && !rests) return;
-  const double time = (rests ? 1 : state->com_periods) * params_.period;
-  const Vector3d velocity = (com - state->com) / time;
-  if (state->com_samples >= 2) {
-    const Vector3d acceleration = (velocity - state->com_velocity) / time;
-    state->inertial_force +=
-        gain_ * (params_.tool_mass * acceleration - state->inertial_force);
-  }
-  state->com_samples = 2;
-  state->com_velocity = velocity;
-  // At rest every sample is one.
-  if (com != state->com) state->com_periods = 0;
   state->com = com;
+  state->com_periods = 0;
 }
 
 void ForceTorqueAdapter::Tare(const Vector6d& net, bool at_rest,
@@ -101,7 +105,6 @@ void ForceTorqueAdapter::Tare(const Vector6d& net, bool at_rest,
   }
   state->bias = mean;
   state->taring = false;
-  state->ready = true;
   ++state->tares;
 }
 
@@ -111,9 +114,15 @@ void ForceTorqueAdapter::Update(const ForceTorqueAdapterInput& input,
       !input.p_SE.allFinite()) {
     ++state->bad_inputs;
     state->com_samples = 0;
+    state->inertial_force.setZero();
     state->rest_samples = 0;
+    if (++state->outage > kLongestOutage) {
+      state->ready = false;
+      state->wrench.setZero();
+    }
     return;
   }
+  state->outage = 0;
   const Eigen::Matrix3d& R_BS = input.X_BE.R;
   const Vector3d com = input.X_BE.p + R_BS * (params_.tool_com - input.p_SE);
   const bool at_rest =
@@ -132,11 +141,11 @@ void ForceTorqueAdapter::Update(const ForceTorqueAdapterInput& input,
 
   if (input.tare && !state->tare_asked) {
     state->taring = true;
-    state->ready = false;
     state->rest_samples = 0;
   }
   state->tare_asked = input.tare;
   if (state->taring) Tare(net, at_rest, state);
+  state->ready = !state->taring;
   if (!state->ready) {
     state->wrench.setZero();
     return;

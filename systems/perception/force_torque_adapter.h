@@ -25,7 +25,7 @@ struct ForceTorqueAdapterParams {
   /** Whether the sensor's bias is learned before anything moves; false: there
   is none until one is asked for. */
   bool tare{false};
-  /** s, > 0: how long the tool has to be at rest for it. */
+  /** s, in (0, 10]: how long the tool has to be at rest for it. */
   double tare_time{0.5};
   /** m/s, > 0: slower than this the tool's centre of mass is at rest. */
   double tare_speed{0.005};
@@ -74,10 +74,10 @@ struct ForceTorqueAdapterState {
   using Vector6d = Eigen::Matrix<double, 6, 1>;
 
   /** [force; moment] about E, N and N m, in B: of the robot on its environment.
-  Zero while the bias is being learned. */
+  Zero while it is not ready. */
   Vector6d wrench{Vector6d::Zero()};
-  /** Whether there is a bias to go by. Until then nothing that depends on the
-  wrench is to begin, and nothing to move. */
+  /** Whether there are samples, and a bias to go by. Without, nothing that
+  depends on the wrench is to begin or go on, and nothing to move. */
   bool ready{false};
   /** [force; moment], N and N m, in S: what is sensed when nothing touches. */
   Vector6d bias{Vector6d::Zero()};
@@ -86,6 +86,8 @@ struct ForceTorqueAdapterState {
   std::int64_t tares{0};
   std::int64_t tares_refused{0};
   std::int64_t bad_inputs{0};
+  /** Bad inputs in a row. */
+  std::int64_t outage{0};
 
   bool taring{false};
   bool tare_asked{false};
@@ -111,15 +113,17 @@ environment, in this project's sign: INTO the surface that the tool pushes on.
 
 The tool's acceleration follows from its last three places: the model knows
 where its mass is. Poses that come less often than samples are taken as of when
-they change. (The moment that turns the tool about its own centre of mass
+they change, up to ten samples; after that they say nothing of acceleration.
+(The moment that turns the tool about its own centre of mass
 is left; it is less than a sensor's noise.)
 
 The bias is learned before anything moves: over `tare_time` at rest, as the mean
 of what is measured less the tool's weight. A mean above tare_max_force is no
 bias, and with more noise than tare_max_noise none can be told; then the next
 `tare_time` counts. Until it is known, `ready` is false and the wrench is zero.
-The same when it is asked for again. Input that is not finite is counted, and
-the output stays as it was. */
+The same when it is asked for again. Input that is not finite is counted; the
+output stays as it was for ten samples, then it is not ready until the next good
+one. */
 class ForceTorqueAdapter {
  public:
   using Params = ForceTorqueAdapterParams;

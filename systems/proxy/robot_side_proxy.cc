@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "dual_proxy/common/arm_limits.h"
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
@@ -51,8 +52,8 @@ void RobotSideProxyParams::Validate() const {
   ThrowUnlessPositive(who, "force_rate", force_rate);
   ThrowUnlessPositive(who, "moment_rate", moment_rate);
   ThrowUnlessNonNegative(who, "max_motion_error", max_motion_error);
-  ThrowUnlessPositive(who, "max_distance", max_distance);
-  ThrowUnlessInRange(who, "max_distance", max_distance, 0, 0.25);
+  ThrowUnlessInRange(who, "max_distance", max_distance, Open(0),
+                     ArmLimits{}.proxy_distance);
   ThrowUnlessPositive(who, "period", period);
   if (limiter.period != period) {
     ThrowInvalidField(who, "limiter.period", "the value of `period`",
@@ -78,13 +79,13 @@ void RobotSideProxy::MoveProxy(double time, const Eigen::Vector3d& p_BE,
     MovingPose target = params_.interpolate
                             ? interpolator_.Calc(time, state->interpolator)
                             : MovingPose{.pose = state->interpolator.to.pose};
-    if (!workspace_.Contains(target.pose.p)) {
-      target.pose.p = workspace_.Clamp(target.pose.p);
-      target.velocity.head<3>().setZero();
-    }
     const Eigen::Vector3d way = target.pose.p - p_BE;
     if (way.norm() > params_.max_distance) {
       target.pose.p = p_BE + Saturate(way, params_.max_distance);
+      target.velocity.head<3>().setZero();
+    }
+    if (!workspace_.Contains(target.pose.p)) {
+      target.pose.p = workspace_.Clamp(target.pose.p);
       target.velocity.head<3>().setZero();
     }
     limiter_.Update(target.pose, target.velocity, &state->limiter);
@@ -163,10 +164,15 @@ void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
   // A change of the selections that cannot be acted on now is seen again in the
   // next tick.
   const bool usable = pose_valid && selections_valid;
-  const Eigen::Matrix3d Omega_f =
-      usable ? input.force_selection : state->force.selection;
-  const Eigen::Matrix3d Omega_tau =
-      usable ? input.moment_selection : state->moment.selection;
+  Eigen::Matrix3d Omega_f = state->force.selection;
+  Eigen::Matrix3d Omega_tau = state->moment.selection;
+  if (usable && input.sensor_ready) {
+    Omega_f = input.force_selection;
+    Omega_tau = input.moment_selection;
+  } else if (usable) {
+    Omega_f.setZero();
+    Omega_tau.setZero();
+  }
   if (usable && !guided) {
     Release(input.X_BE, Omega_f, Omega_tau, state);
   }

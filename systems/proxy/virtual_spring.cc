@@ -67,12 +67,12 @@ void VirtualSpring::Update(const Eigen::Vector3d& displacement,
   }
   state->selection = selection;
 
-  const Eigen::Vector3d stretch = selection * displacement;
-  Eigen::Vector3d target = Eigen::Vector3d::Zero();
-  if (active) target = Saturate(-params_.stiffness * stretch, max_force);
-  if (params_.leash > 0 && stretch.norm() > params_.leash) {
-    target -= params_.stiffness * (stretch - Saturate(stretch, params_.leash));
-  }
+  Eigen::Vector3d stretch = selection * displacement;
+  if (!stretch.allFinite()) stretch.setZero();
+  const Eigen::Vector3d leashed =
+      params_.leash > 0 ? Saturate(stretch, params_.leash) : stretch;
+  Eigen::Vector3d target = -params_.stiffness * (stretch - leashed);
+  if (active) target += Saturate(-params_.stiffness * leashed, max_force);
   state->reference =
       RateLimit(state->reference, target, params_.rate * params_.period);
 }

@@ -157,7 +157,8 @@ void RobotSide::Update(double time, const RobotSideInput& input,
                           .reference_moment = output.proxy.reference_moment,
                           .force_selection = input.force_selection,
                           .moment_selection = input.moment_selection,
-                          .sensed_wrench = input.sensed_wrench},
+                          .sensed_wrench = input.sensed_wrench,
+                          .sensor_ready = input.sensor_ready},
                          &state->controller);
   const bool valid = state->controller.bad_inputs == refused_by_controller;
   if (!valid || state->proxy.bad_inputs != refused_by_proxy) {

@@ -81,8 +81,7 @@ RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
     DeclareVectorOutput(
         "sensor_counters", 2, [](const Memory& memory, Vector counters) {
           const ForceTorqueSensorState& sensor = memory.sensor;
-          counters << static_cast<double>(sensor.bad_inputs +
-                                          sensor.adapter.bad_inputs),
+          counters << static_cast<double>(sensor.adapter.bad_inputs),
               static_cast<double>(sensor.adapter.tares_refused);
         });
   }

@@ -2,7 +2,6 @@
 #include "dual_proxy/simulation/force_torque_sensor.h"
 
 #include "dual_proxy/common/low_pass.h"
-#include "dual_proxy/common/rotation.h"
 #include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
@@ -30,11 +29,11 @@ ForceTorqueSensorState ForceTorqueSensor::MakeState(std::uint64_t seed) const {
 
 Eigen::Matrix<double, 6, 1> ForceTorqueSensor::Update(
     const ForceTorqueAdapterInput& input, State* state) const noexcept {
-  if (!input.measured.allFinite() || !IsValidPose(input.X_BE)) {
-    ++state->bad_inputs;
+  ForceTorqueAdapterInput sample = input;
+  if (!input.measured.allFinite()) {
+    adapter_.Update(sample, &state->adapter);  // Which refuses it.
     return state->adapter.wrench;
   }
-  ForceTorqueAdapterInput sample = input;
   sample.measured.head<3>() += params_.force_bias;
   sample.measured.tail<3>() += params_.moment_bias;
   for (int i = 0; i < 6; ++i) {

@@ -41,7 +41,6 @@ struct ForceTorqueSensorState {
   /** Its `wrench` is the output. */
   ForceTorqueAdapterState adapter;
   RandomStream random;
-  std::int64_t bad_inputs{0};
   /** False until the first good sample, with which the low-pass starts. */
   bool is_started{false};
 };
@@ -51,8 +50,7 @@ struct ForceTorqueSensorState {
     measured = lowpass(reaction_S + bias + noise)
 
 and a ForceTorqueAdapter, which makes of it what the tool exerts on its
-environment. Input that is not finite is counted, and the output stays as it
-was. */
+environment, and refuses what is not finite. */
 class ForceTorqueSensor {
  public:
   using Params = ForceTorqueSensorParams;

@@ -24,8 +24,7 @@ ForceTorqueSensorSystem::ForceTorqueSensorSystem(
     ready(0) = state.adapter.ready;
   });
   DeclareVectorOutput("counters", 2, [](const State& state, Vector counters) {
-    counters << static_cast<double>(state.bad_inputs +
-                                    state.adapter.bad_inputs),
+    counters << static_cast<double>(state.adapter.bad_inputs),
         static_cast<double>(state.adapter.tares_refused);
   });
 }

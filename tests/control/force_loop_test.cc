@@ -157,6 +157,25 @@ TEST_F(ForceLoopTest, IntegralIsResetWithoutForceSpace) {
   EXPECT_EQ(state.integral, Vector3d::Zero());
 }
 
+TEST_F(ForceLoopTest, WhatAnImpactLeavesIsNotIntegrated) {
+  params_.integral_delay = 0.1;
+  const ForceLoop dut(params_);
+  ForceLoopState state = dut.MakeState();
+  const auto update = [&](const Matrix3d& selection, int cycles) {
+    for (int i = 0; i < cycles; ++i) {
+      dut.Update(Vector3d(0, 0, 1), Vector3d(0, 0, 9), Vector3d::Zero(),
+                 selection, selection, &state);
+    }
+  };
+  for (int contact = 0; contact < 2; ++contact) {
+    update(kAlongZ, 99);
+    EXPECT_EQ(state.integral, Vector3d::Zero());
+    update(kAlongZ, 50);
+    EXPECT_GT(state.integral.z(), 0.3);
+    update(kZero, 1);
+  }
+}
+
 // While the blend is at zero a bumpless reference is passed on in full.
 TEST_F(ForceLoopTest, BumplessReferenceIsNotHeldBackByTheBlend) {
   const ForceLoop dut(params_);
@@ -217,6 +236,8 @@ TEST_F(ForceLoopTest, InvalidParamsNameTheField) {
   EXPECT_EQ(error([](P& p) { p.damping = -1; }), negative("damping"));
   EXPECT_EQ(error([](P& p) { p.max_integral_force = -1; }),
             negative("max_integral_force"));
+  EXPECT_EQ(error([](P& p) { p.integral_delay = -1; }),
+            negative("integral_delay"));
   EXPECT_EQ(error([](P& p) { p.filter_cutoff = -1; }),
             negative("filter_cutoff"));
   EXPECT_EQ(error([](P& p) { p.release_time = -1; }), negative("release_time"));

@@ -64,7 +64,7 @@ TEST(JointLimitsTest, ErrorsNameFieldRangeAndValue) {
   JointLimitsParams params;
   params.speed(3) = 0;
   EXPECT_EQ(ValidationError(params),
-            "JointLimitsParams: field `speed` expected a finite value > 0, "
+            "JointLimitsParams: field `speed[3]` expected a finite value > 0, "
             "got 0");
   params = {};
   params.upper(2) = params.lower(2);

@@ -54,6 +54,17 @@ TEST(ForceLoopSettlesTest, InvalidLoopsAreRefused) {
   EXPECT_THROW(Settles(0, 1e-3), std::invalid_argument);
 }
 
+TEST(ForceLoopKeepsItsSpeedLimitTest, AtTheUsualPeriods) {
+  const auto keeps = [](double period) {
+    ForceLoopParams loop;
+    loop.period = period;
+    return ForceLoopKeepsItsSpeedLimit(loop, 4.4, 1e-3);
+  };
+  EXPECT_TRUE(keeps(1e-3));
+  EXPECT_TRUE(keeps(2e-3));
+  EXPECT_FALSE(keeps(1e-2));
+}
+
 TEST(MotionLoopSettlesTest, DampingTimesPeriodIsBounded) {
   // With a step of delay v[k + 1] = v[k] - a v[k - 1] is stable for a < 1.
   for (const double period : {1e-3, 2e-3, 5e-3}) {

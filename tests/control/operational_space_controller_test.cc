@@ -511,7 +511,7 @@ TEST_F(OperationalSpaceControllerTest, InvalidParamsNameTheField) {
   not_positive("torque_rate_limit", &P::torque_rate_limit);
   not_positive("period", &P::period);
   EXPECT_EQ(error([](P& p) { p.torque_limit(6) = -12; }),
-            who + "torque_limit` expected a finite value > 0, got -12");
+            who + "torque_limit[6]` expected a finite value > 0, got -12");
   EXPECT_NE(error([](P& p) { p.torque_margin = 1; }).find("`torque_margin`"),
             std::string::npos);
   EXPECT_NE(error([](P& p) {

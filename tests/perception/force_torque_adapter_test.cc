@@ -80,10 +80,45 @@ TEST_F(ForceTorqueAdapterTest, PosesThatComeInStepsAreNoJolts) {
   for (int i = 0; i < 500; ++i) {
     input_.X_BE.p.x() = start + 0.1 * (i / 4) * 0.004;
     dut.Update(input_, &state);
-    if (i > 20) {  // The start from rest is a jolt.
-      ASSERT_LT(state.wrench.norm(), 1e-6) << i;
-    }
+    ASSERT_LT(state.wrench.norm(), 1e-6) << i;
   }
+}
+
+TEST_F(ForceTorqueAdapterTest, PosesThatAreMissingAreNoJolts) {
+  const ForceTorqueAdapter dut(params_);
+  ForceTorqueAdapterState state = dut.MakeState();
+  const double start = input_.X_BE.p.x();
+  input_.measured = Measure(Vector3d::Zero(), Vector3d::Zero());
+  for (int i = 0; i < 500; ++i) {
+    const bool missing = i % 100 >= 60;  // 40 ms at 0.1 m/s.
+    if (!missing) input_.X_BE.p.x() = start + 0.1 * i * 0.001;
+    dut.Update(input_, &state);
+    ASSERT_LT(state.wrench.norm(), 1e-6) << i;
+  }
+}
+
+TEST_F(ForceTorqueAdapterTest, AWrenchThatIsTooOldIsNone) {
+  const ForceTorqueAdapter dut(params_);
+  ForceTorqueAdapterState state = dut.MakeState();
+  const Vector6d pressed = Measure(Vector3d(0, 0, -5), Vector3d::Zero());
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto outage = [&](int samples) {
+    input_.measured.setConstant(nan);
+    Rest(dut, samples, &state);
+  };
+  input_.measured = pressed;
+  Rest(dut, 100, &state);
+  const Vector6d wrench = state.wrench;
+  outage(10);
+  EXPECT_TRUE(state.ready);
+  EXPECT_EQ(state.wrench, wrench);
+  outage(1);
+  EXPECT_FALSE(state.ready);
+  EXPECT_TRUE(state.wrench.isZero(0));
+  input_.measured = pressed;
+  Rest(dut, 1, &state);
+  EXPECT_TRUE(state.ready);
+  EXPECT_LT((state.wrench - wrench).norm(), 1e-9);
 }
 
 TEST_F(ForceTorqueAdapterTest, LearnsTheBiasAtRestAndIsBlindUntilThen) {
@@ -184,8 +219,7 @@ TEST_F(ForceTorqueAdapterTest, BadInputHoldsTheOutputAndNothingIsAllocated) {
 TEST_F(ForceTorqueAdapterTest, ErrorsNameFieldRangeAndValue) {
   using Params = ForceTorqueAdapterParams;
   for (const auto& [field, member] :
-       {std::pair{"tare_time", &Params::tare_time},
-        {"tare_speed", &Params::tare_speed},
+       {std::pair{"tare_speed", &Params::tare_speed},
         {"tare_max_force", &Params::tare_max_force},
         {"tare_max_noise", &Params::tare_max_noise},
         {"period", &Params::period}}) {

@@ -341,7 +341,8 @@ def test_closed_or_full_standard_output(capsys, station, tmp_path, monkeypatch):
 
 
 def test_pydrake_that_cannot_be_loaded_is_one_line(capsys, monkeypatch, tmp_path):
-    monkeypatch.delitem(sys.modules, "dual_proxy.station", raising=False)
+    for name in ("station", "_pydrake"):
+        monkeypatch.delitem(sys.modules, f"dual_proxy.{name}", raising=False)
     monkeypatch.setitem(sys.modules, "pydrake", None)
     for name in [name for name in sys.modules if name.startswith("pydrake.")]:
         monkeypatch.delitem(sys.modules, name)

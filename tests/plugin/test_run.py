@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 from pathlib import Path
 
@@ -205,7 +206,8 @@ def test_saving_that_fails_leaves_nothing(tmp_path, monkeypatch):
     (tmp_path / "file").touch()
     with pytest.raises(NotADirectoryError):
         run.save(tmp_path / "file")
-    monkeypatch.setattr("dual_proxy.report.write_report", None)
+    report = importlib.import_module("dual_proxy.report")
+    monkeypatch.setattr(report, "write_report", None)
     with pytest.raises(TypeError):
         run.save(tmp_path / "out")
     assert list(tmp_path.iterdir()) == [tmp_path / "file"]

@@ -332,6 +332,7 @@ def test_printed_law_turns_every_improvement_off(plane):
     assert dut.controller.feed_forward is False
     assert dut.controller.selection_blend_time == 0.0
     assert dut.controller.force_filter_cutoff == 0.0
+    assert dut.controller.force_integral_delay == 0.0
     assert dut.controller.passivity is False
     assert dut.controller.position_stiffness == 500.0
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/sides/robot_side.h"
 
+#include <cmath>
 #include <limits>
 #include <set>
 #include <stdexcept>
@@ -96,6 +97,34 @@ TEST_F(RobotSideTest, SameAsItsParts) {
   EXPECT_EQ(state_.output.bad_inputs, 0);
   EXPECT_EQ(state_.output.proxy.link_status, LinkStatus::kConnected);
   EXPECT_GT(state_.output.force_message.sequence, 30);
+}
+
+// A sensor that goes, or is tared, in the middle of a contact.
+TEST_F(RobotSideTest, WithoutASensorItHoldsItsPlaceAndPushesForNothing) {
+  RobotSideInput input = Input(0);
+  input.v.setZero();
+  input.message.pose.p.z() = -0.2;
+  input.sensed_wrench << 0, 0, -6, 0, 0, 0;
+  int i = 0;
+  const auto run = [&](int ticks) {
+    for (const int end = i + ticks; i < end; ++i) {
+      input.message.sequence = i / 20;
+      input.message.send_time = 0.001 * (i / 20 * 20);
+      dut_.Update(0.001 * i, input, &state_);
+    }
+  };
+  run(3000);  // The proxy has stopped.
+  const double pressed = state_.output.controller.contact_force.z();
+  ASSERT_LT(pressed, -1);
+  input.sensor_ready = false;
+  input.sensed_wrench.setZero();
+  for (int k = 0; k < 500; ++k) {
+    run(1);
+    EXPECT_GE(state_.output.controller.contact_force.z(), pressed - 1e-9);
+    EXPECT_LE(state_.output.controller.contact_force.z(), 1e-9);
+  }
+  EXPECT_LT(state_.output.controller.contact_force.norm(), 1e-9);
+  EXPECT_LT(std::abs(state_.output.controller.motion_force.z()), 1e-9);
 }
 
 // A filter that updates at t = k T and reads what the cycle before has left

@@ -154,7 +154,7 @@ TEST_F(ForceTorqueSensorTest, BadInputHoldsTheOutputAndIsCounted) {
   bad_R(1, 1) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(dut.Update(Sample(Vector6d::Zero(), bad_R, p_SE_B_), &state),
             before);
-  EXPECT_EQ(state.bad_inputs, 2);
+  EXPECT_EQ(state.adapter.bad_inputs, 2);
 }
 
 TEST_F(ForceTorqueSensorTest, SameSeedSameBitsAndNothingIsAllocated) {
@@ -201,8 +201,8 @@ TEST_F(ForceTorqueSensorTest, ErrorsNameFieldRangeAndValue) {
   params = {};
   params.tare_time = 0;
   EXPECT_EQ(ValidationError(params),
-            "ForceTorqueAdapterParams: field `tare_time` expected a finite "
-            "value > 0, got 0");
+            "ForceTorqueAdapterParams: field `tare_time` expected a number in "
+            "(0, 10], got 0");
 }
 
 }  // namespace

@@ -272,6 +272,7 @@ _MADE_AND_FED = {
             "sensed_wrench": wrench,
             "proxy_velocity": wave(0.01, 0.0, 0.01, 0.0, 0.0, 0.1),
             "proxy_acceleration": wave(0.1, 0.0, 0.1, 0.0, 0.0, 0.1),
+            "sensor_ready": ready,
         },
     ),
     "HapticController": (

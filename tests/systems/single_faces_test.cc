@@ -189,6 +189,7 @@ TEST(AlgorithmTest, OperationalSpaceController) {
         input.force_selection = MatrixFromFlat(in.at("force_selection"));
         input.moment_selection = MatrixFromFlat(in.at("moment_selection"));
         input.sensed_wrench = in.at("sensed_wrench");
+        input.sensor_ready = in.at("sensor_ready")(0) > 0.5;
         const OperationalSpaceControllerOutput output =
             algorithm.Update(input, &state);
         return Concatenate({output.torque, output.motion_force,
@@ -273,12 +274,13 @@ TEST(AlgorithmTest, ForceTorqueSensor) {
                             .tare = in.at("tare")(0) > 0.5},
                            &state);
         }
-        return Concatenate({state.adapter.wrench,
-                            Eigen::VectorXd::Constant(1, state.adapter.ready),
-                            Counts({state.bad_inputs + state.adapter.bad_inputs,
-                                    state.adapter.tares_refused})});
+        return Concatenate(
+            {state.adapter.wrench,
+             Eigen::VectorXd::Constant(1, state.adapter.ready),
+             Counts({state.adapter.bad_inputs, state.adapter.tares_refused})});
       });
-  EXPECT_EQ(state.adapter.tares, 1);
+  // One is asked for, and one after a value that is not finite.
+  EXPECT_EQ(state.adapter.tares, 2);
 }
 
 TEST(AlgorithmTest, SimulatedHapticDevice) {
@@ -467,6 +469,8 @@ TEST(WiringTest, RobotSideOfSeparateFaces) {
   }
   builder.ExportInput(proxy->get_haptic_message_input_port(), "haptic_message");
   builder.ExportInput(proxy->get_sensor_ready_input_port(), "sensor_ready");
+  builder.ConnectInput("sensor_ready",
+                       controller->get_sensor_ready_input_port());
   builder.ExportInput(arm->get_robot_state_input_port(), "robot_state");
   builder.ConnectInput("robot_state", controller->get_robot_state_input_port());
   for (const char* name :
@@ -730,6 +734,7 @@ TEST(GettersTest, ControlAndPerception) {
   EXPECT_INPUT(controller, sensed_wrench);
   EXPECT_INPUT(controller, proxy_velocity);
   EXPECT_INPUT(controller, proxy_acceleration);
+  EXPECT_INPUT(controller, sensor_ready);
   EXPECT_OUTPUT(controller, torque);
   EXPECT_OUTPUT(controller, motion_force);
   EXPECT_OUTPUT(controller, contact_force);

@@ -127,7 +127,7 @@ class Separate:
             connect(kinematics, "robot_pose", system, port)
         for system in (proxy, controller):
             connect(sensor, "sensed_wrench", system, "sensed_wrench")
-        connect(sensor, "ready", proxy, "sensor_ready")
+            connect(sensor, "ready", system, "sensor_ready")
         for system in (proxy, controller, sender):
             connect(particle_filter, "force_selection", system, "force_selection")
         for name in (

@@ -20,6 +20,7 @@ from dual_proxy.systems._face import (
     Output,
     Stepped,
     Vector,
+    flag,
     matrix,
     rigid_transform,
     vector,
@@ -92,6 +93,7 @@ class OperationalSpaceController(Face):
     - sensed_wrench        # 6, [force; moment], N, N m, at E
     - proxy_velocity       # 6, [linear; angular], m/s, rad/s
     - proxy_acceleration   # 6, [linear; angular], m/s^2, rad/s^2
+    - sensor_ready         # 1, > 0.5 if the force sensor can be relied on
     output_ports:
     - torque               # 7, N m, with gravity compensation
     - motion_force         # 3: F_m, N, or of a unit mass (see the params)
@@ -101,7 +103,8 @@ class OperationalSpaceController(Face):
     @endsystem
 
     Everything in the base frame B. All inputs but `robot_state` are optional
-    and zero. Steps every `params.period`, with feedthrough.
+    and zero; without a connection the sensor is ready. Steps every
+    `params.period`, with feedthrough.
 
     Parameters
     ----------
@@ -134,6 +137,7 @@ class OperationalSpaceController(Face):
         self._sensed_wrench = declare("sensed_wrench", 6)
         self._proxy_velocity = declare("proxy_velocity", 6)
         self._proxy_acceleration = declare("proxy_acceleration", 6)
+        self._sensor_ready = declare("sensor_ready", 1)
         self._declare_memory(
             Stepped(self._controller.make_state()), self._controller.params.period
         )
@@ -167,6 +171,7 @@ class OperationalSpaceController(Face):
             matrix(self._moment_selection, context),
             vector(self._sensed_wrench, context),
             state.state,
+            flag(self._sensor_ready, context, True),
         )
 
 
