@@ -29,10 +29,11 @@ STEPS: dict[str, dict[str, Any]] = {
         "robot_proxy.interpolate": True,
         "controller.feed_forward": True,
     },
-    "+ 100 Hz force filter, passivity, blend": {
+    "+ 100 Hz force filter, passivity, blend, delayed integral": {
         "controller.force_filter_cutoff": 100.0,
         "controller.passivity": True,
         "controller.selection_blend_time": 0.03,
+        "controller.force_integral_delay": 0.1,
     },
     "+ filter `friction_cone`, 100 Hz": {
         "filter.likelihood": "friction_cone",

@@ -15,6 +15,7 @@
 #include <drake/systems/framework/diagram_builder.h>
 
 #include "dual_proxy/experiment/metrics.h"
+#include "dual_proxy/experiment/scenario_error.h"
 #include "dual_proxy/station/teleop_station.h"
 
 namespace {
@@ -54,14 +55,19 @@ int Run(const std::string& scenario_path, const std::string& out_dir,
   if (!file.flush()) {
     throw std::runtime_error("cannot write " + out_dir + "/metrics.json");
   }
-  const auto broken = dual_proxy::DescribeBrokenLimits(log, params);
-  for (const std::string& text : broken) {
+  for (const std::string& text :
+       dual_proxy::DescribeBrokenLimits(log, params)) {
     std::cerr << "limit of the arm broken: " << text << "\n";
   }
-  const auto out = dual_proxy::FindMetricsOut(metrics);
-  const bool finite = std::ranges::find(out, "finite") == out.end();
-  if (!finite) std::cerr << "the log holds values that are not finite\n";
-  return broken.empty() && finite ? 0 : 3;
+  bool failed = false;
+  for (const std::string& key : dual_proxy::FindMetricsOut(metrics)) {
+    if (key != "finite" && key != "sensor_ready" && key != "limits_broken") {
+      continue;
+    }
+    std::cerr << "the run failed, see " << key << " in metrics.json\n";
+    failed = true;
+  }
+  return failed ? 3 : 0;
 }
 
 }  // namespace
@@ -73,6 +79,9 @@ int main(int argc, char* argv[]) {
   }
   try {
     return Run(argv[1], argv[2], argc == 4 ? argv[3] : "");
+  } catch (const dual_proxy::ScenarioError& error) {
+    std::cerr << error.what() << "\n";
+    return 2;
   } catch (const std::exception& error) {
     std::cerr << error.what() << "\n";
     return 3;

@@ -2,9 +2,10 @@
 """The command `dual-proxy`.
 
 Exit status: 0 done, 2 bad usage or scenario (one clear line), 3 the run failed
-(what was logged until then is saved), broke a limit of the real arm or could not
-be saved. Ctrl-C, SIGTERM and SIGHUP end a run early: it has failed, and is saved.
-A reader of what is printed may go away (`| head -1`); the run goes on.
+(what was logged until then is saved), broke a limit of the real arm, learned no
+bias of its force sensor or could not be saved. Ctrl-C, SIGTERM and SIGHUP end a
+run early: it has failed, and is saved. A reader of what is printed may go away
+(`| head -1`); the run goes on.
 """
 
 from __future__ import annotations
@@ -170,7 +171,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _main(arguments: Sequence[str] | None) -> int:
-    options = _parser().parse_args(arguments)
+    try:
+        options = _parser().parse_args(arguments)
+    except SystemExit as end:  # Its output may not have gone anywhere.
+        return end.code if isinstance(end.code, int) else 0
     try:
         if options.command == "list":
             return _list()
@@ -330,6 +334,13 @@ def _run(options: argparse.Namespace) -> int:
         recording=options.recording,
         overrides=overrides,
     )
+    for key in ("units", "scale"):
+        given = getattr(options, f"recording_{key}")
+        if given is not None and not scenario.operator.recording:
+            raise ScenarioError(
+                f"--recording-{key}: expected with a recording (--recording CSV), "
+                f"got {given} without one"
+            )
     interrupts = _Interrupts()
     noted = dict.fromkeys(
         (signal.SIGINT, signal.SIGTERM, signal.SIGHUP), interrupts.note
@@ -379,8 +390,6 @@ def _simulate(
         )
     except RunError as error:
         result, failure = error.run, str(error)
-    except OSError as error:
-        raise ScenarioError(_describe(error)) from None
     finally:
         if show:
             print(file=sys.stderr)
@@ -392,8 +401,7 @@ def _fault(result: Run) -> str:
     if not result.metrics["finite"]:
         return "the log holds values that are not finite"
     sensor = result.scenario.sensor
-    ready = result.log["sensor_ready"].to_numpy()
-    if result.log["sensor_tares_refused"].to_numpy().any() and not ready.any():
+    if result.metrics["sensor_ready"] is False:
         return (
             "the force sensor's bias was not learned, so the robot held still: at "
             f"rest it felt more than sensor.tare_max_force ({sensor.tare_max_force:g} "
@@ -415,8 +423,10 @@ def _save(result: Run, folder: RunFolder, mcap: bool) -> str:
     except Exception as error:
         reason = _describe(error)
     try:
-        result.save(folder, pages=False)
-    except (Exception, KeyboardInterrupt):
+        saved = folder.keep_data()
+    except (OSError, KeyboardInterrupt):
+        saved = False
+    if not saved:
         return f"nothing was saved in {folder.path}: {reason}"
     return (
         f"report.html and replay.html were not saved, only metrics.json, "

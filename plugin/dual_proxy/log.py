@@ -342,9 +342,14 @@ def load_log(path: str | Path) -> pd.DataFrame:
         If it cannot be read.
     """
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        archive = np.load(path, allow_pickle=False)
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise ValueError("it holds one array")
+        with archive:
             arrays = {name: archive[name] for name in archive.files}
-    except (zipfile.BadZipFile, ValueError, EOFError) as error:
+    except OSError:
+        raise
+    except Exception as error:  # Whatever a damaged archive may cause.
         raise ValueError(f"{path}: expected a log of dual_proxy: {error}") from None
     if "time" not in arrays:
         raise ValueError(f"{path}: expected a log of dual_proxy: no array 'time'")

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from typing import Any
 
 import pandas as pd
 
+from dual_proxy import _core
 from dual_proxy.log import release, replace_file, save_log, write_mcap
 from dual_proxy.metrics import compute_metrics
 from dual_proxy.run_folder import RunFolder
@@ -66,7 +66,7 @@ class Run:
         Returns
         -------
         Path
-            The report.
+            Of the report, if pages are drawn.
 
         Raises
         ------
@@ -78,7 +78,7 @@ class Run:
             with RunFolder(directory) as folder:
                 return self.save(folder, mcap, pages)
         draft = directory.draft
-        metrics = json.dumps(self.metrics, indent=2, allow_nan=False) + "\n"
+        metrics = _core._metrics_json(list(self.metrics.items()))
         replace_file(draft / "metrics.json", metrics.encode())
         replace_file(draft / "scenario.yaml", self.scenario.to_yaml().encode())
         save_log(self.log, draft / "log.npz")

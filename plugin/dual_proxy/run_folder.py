@@ -14,10 +14,9 @@ from types import TracebackType
 
 __all__ = ["RunFolder"]
 
+_DATA = ("metrics.json", "scenario.yaml", "log.npz")
 _FILES = (
-    "metrics.json",
-    "scenario.yaml",
-    "log.npz",
+    *_DATA,
     "log.mcap",
     "report.html",
     "replay.html",
@@ -84,14 +83,36 @@ class RunFolder:
     def keep(self) -> None:
         """Put what was made in the place of an earlier run's files.
 
-        First those go, then the new ones come: whenever this is cut short, there
-        are files of one run only.
+        First those go, then the new ones come. If that is cut short, the folder
+        is as it was; if the process is killed meanwhile, there are files of one
+        run only.
         """
-        for name in _FILES:
-            (self.path / name).unlink(missing_ok=True)
-        for file in sorted(self.draft.iterdir()):
-            os.replace(file, self.path / file.name)
-            self._made.clear()
+        old = self.draft / "old"
+        new = sorted(self.draft.iterdir())
+        old.mkdir()
+        replaced = [self.path / name for name in _FILES if (self.path / name).exists()]
+        moves = [(file, old / file.name) for file in replaced]
+        moves += [(file, self.path / file.name) for file in new]
+        done = 0
+        try:
+            for source, target in moves:
+                os.replace(source, target)
+                done += 1
+        except BaseException:
+            for source, target in reversed(moves[:done]):
+                os.replace(target, source)
+            raise
+        self._made.clear()
+
+    def keep_data(self) -> bool:
+        """Keep only what all else is made from; False if that is not there."""
+        if not all((self.draft / name).is_file() for name in _DATA):
+            return False
+        for file in self.draft.iterdir():
+            if file.name not in _DATA:
+                shutil.rmtree(file) if file.is_dir() else file.unlink()
+        self.keep()
+        return True
 
     def close(self) -> None:
         """Remove what was not kept; let others open the folder."""

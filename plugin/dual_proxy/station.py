@@ -165,9 +165,12 @@ class Station:
 
         Raises
         ------
+        RuntimeError
+            If the station was built without a log.
         OSError
             If there is no space for it; the error names the folder.
         """
+        self._check_logged("store_log")
         rows = math.ceil(duration / self._log_period) + 1
         self._store = _core._RunLogStore(self._num_columns, rows)
 
@@ -180,9 +183,10 @@ class Station:
         ------
         RuntimeError
             If the station was built without a log.
+        OSError
+            If the log is so long that it goes to disk, and there is no space.
         """
-        if self._sink is None:
-            raise RuntimeError("log_frame: the station was built with logged=False")
+        self._check_logged("log_frame")
         store = self._store
         if store is None:
             log: Any = self._sink.FindLog(self.simulator.get_context())
@@ -191,6 +195,10 @@ class Station:
         else:
             self._move_log(store)
         return make_frame(store.time, self._signals(store.values))
+
+    def _check_logged(self, who: str) -> None:
+        if self._sink is None:
+            raise RuntimeError(f"{who}: the station was built with logged=False")
 
     def _move_log(self, store: Any) -> None:
         """Moves what was logged to `store`; it is forgotten even if that fails."""

@@ -112,6 +112,10 @@ constexpr MetricDescription kMetrics[] = {
     {"recording_scale", "",
      "lengths of the operator's motion per length that was recorded"},
     {"finite", "", "no NaN or infinity anywhere in the log"},
+    {"sensor_ready", "",
+     "false: the force sensor's bias was not learned though the tool was at "
+     "rest (sensor.tare_max_force, sensor.tare_max_noise), so the robot held "
+     "still"},
     {"sim_s", "s", "simulated time"},
     {"wall_s", "s", "time it took"},
     {"real_time_factor", "", "sim_s / wall_s"},
@@ -590,6 +594,11 @@ Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
     values.at("recording_scale") = *params.recording_scale;
   }
   values.at("finite") = log.AllFinite();
+  if (n > 0 && log.Has("sensor_ready") && log.Has("sensor_tares_refused")) {
+    values.at("sensor_ready") =
+        (log.Signal<1>("sensor_ready").array() > 0).any() ||
+        log.Signal<1>("sensor_tares_refused")(n - 1) == 0;
+  }
   values.at("sim_s") = sim_s;
   if (wall_s) {
     values.at("wall_s") = *wall_s;

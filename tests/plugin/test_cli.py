@@ -250,6 +250,32 @@ def test_log_is_saved_if_nothing_can_be_drawn(capsys, station, tmp_path, monkeyp
     assert "report:" not in out
 
 
+def test_what_was_drawn_goes_if_the_report_fails(
+    capsys, station, tmp_path, monkeypatch
+):
+    def write_report(*_, **__):
+        raise RuntimeError("no font is left")
+
+    monkeypatch.setattr(sys.modules["dual_proxy.report"], "write_report", write_report)
+    status, _, err = run_cli(capsys, "run", "plane", "--mcap", "--out", tmp_path)
+    assert status == 3
+    assert err.endswith(f"scenario.yaml and log.npz in {tmp_path}: no font is left\n")
+    assert {path.name for path in tmp_path.iterdir()} == {
+        *("metrics.json", "log.npz", "scenario.yaml")
+    }
+
+
+def test_no_space_for_the_log_of_a_long_run(capsys, station, tmp_path, monkeypatch):
+    def store_log(self, duration):
+        raise OSError(28, "No space left on device", "/var/tmp")
+
+    monkeypatch.setattr(station, "store_log", store_log, raising=False)
+    status, out, err = run_cli(capsys, "run", "plane", "--out", tmp_path / "x")
+    assert (status, out) == (3, "")
+    assert err == "dual-proxy: error: /var/tmp: No space left on device\n"
+    assert not (tmp_path / "x").exists()
+
+
 @pytest.mark.parametrize(
     ("number", "text"),
     [
@@ -328,16 +354,31 @@ def test_run_goes_on_when_nobody_reads(station, tmp_path, monkeypatch):
     assert (tmp_path / "report.html").is_file()
 
 
+@pytest.mark.parametrize(("key", "value"), [("units", "mm"), ("scale", "0.3")])
+def test_scaling_of_no_recording_is_refused(capsys, tmp_path, key, value):
+    option = f"--recording-{key}"
+    status, _, err = run_cli(capsys, "run", "plane", option, value, "--out", tmp_path)
+    assert status == 2
+    assert err == (
+        f"dual-proxy: error: {option}: expected with a recording (--recording CSV), "
+        f"got {value} without one\n"
+    )
+
+
 def test_closed_or_full_standard_output(capsys, station, tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(sys, "stdout", None)
         assert cli.main(["run", "plane", "--out", str(tmp_path)]) == 0
-    with open("/dev/full", "w", encoding="utf-8") as full, monkeypatch.context() as m:
-        m.setattr(sys, "stdout", full)
-        assert cli.main(["list"]) == 3
-    assert capsys.readouterr().err == (
-        "dual-proxy: error: standard output: No space left on device\n"
-    )
+    for command in ("list", "--version"):
+        with (
+            open("/dev/full", "w", encoding="utf-8") as full,
+            monkeypatch.context() as patch,
+        ):
+            patch.setattr(sys, "stdout", full)
+            assert cli.main([command]) == 3
+        assert capsys.readouterr().err == (
+            "dual-proxy: error: standard output: No space left on device\n"
+        )
 
 
 def test_pydrake_that_cannot_be_loaded_is_one_line(capsys, monkeypatch, tmp_path):

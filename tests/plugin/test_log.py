@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import contextlib
 import json
 import resource
 from pathlib import Path
@@ -196,6 +197,22 @@ def test_what_is_no_log_is_refused(tmp_path):
     np.savez(path, a=1)
     with pytest.raises(ValueError, match="no array 'time'"):
         load_log(path)
+    with path.open("wb") as file:
+        np.save(file, np.ones(3))
+    with pytest.raises(ValueError, match="expected a log"):
+        load_log(path)
+
+
+def test_a_damaged_log_is_refused(frame, tmp_path):
+    path = tmp_path / "log.npz"
+    save_log(frame, path)
+    whole = path.read_bytes()
+    for place in range(40, len(whole) // 2, 97):
+        damaged = bytearray(whole)
+        damaged[place] ^= 0x55
+        path.write_bytes(damaged)
+        with contextlib.suppress(ValueError):  # It may be a harmless bit.
+            load_log(path)
 
 
 def test_mcap_holds_every_signal(frame, tmp_path):

@@ -23,6 +23,8 @@ DATA = Path(__file__).resolve().parents[2].parent / "shared" / "data"
 def check_limits(run: dp.Run) -> None:
     """What holds for every run of every scheme and law."""
     assert run.metrics["finite"]
+    assert run.metrics["sensor_ready"]
+    assert run.metrics["limits_broken"] == []
     assert run.metrics["haptic_force_max_N"] <= 12.0 + 1e-9
     torque = signal(run.log, "torque")[1:]
     assert np.all(np.abs(torque) <= TORQUE_LIMIT + 1e-9)

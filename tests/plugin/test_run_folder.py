@@ -29,19 +29,24 @@ def test_new_files_take_the_place_of_all_old_ones(tmp_path):
     }
 
 
-def test_files_of_two_runs_never_mix(tmp_path, monkeypatch):
+@pytest.mark.parametrize("moves", range(6))
+def test_all_files_or_none(tmp_path, monkeypatch, moves):
+    old = {"log.npz": "1", "metrics.json": "1", "report.html": "1"}
     with RunFolder(tmp_path) as folder:
         save(folder, log_npz="1", metrics_json="1", report_html="1")
+    count = 0
 
     def replace(source, target, original=os.replace):
-        if target.name == "metrics.json":
+        nonlocal count
+        count += 1
+        if count == moves + 1:
             raise KeyboardInterrupt
         original(source, target)
 
     monkeypatch.setattr(os, "replace", replace)
     with pytest.raises(KeyboardInterrupt), RunFolder(tmp_path) as folder:
         save(folder, log_npz="2", metrics_json="2", report_html="2")
-    assert contents(tmp_path) == {"log.npz": "2"}
+    assert contents(tmp_path) == old
 
 
 def test_what_is_not_kept_leaves_nothing(tmp_path):
