@@ -151,12 +151,26 @@ class MetricsTest : public testing::Test {
 TEST_F(MetricsTest, KeysAreAllOfTheTableInOrder) {
   const Metrics metrics = ComputeMetrics(log_, params_);
   ASSERT_EQ(metrics.size(), MetricDescriptions().size());
-  EXPECT_EQ(metrics.size(), 35u);
+  EXPECT_EQ(metrics.size(), 36u);
   for (std::size_t i = 0; i < metrics.size(); ++i) {
     EXPECT_EQ(metrics[i].first, MetricDescriptions()[i].key);
   }
   EXPECT_EQ(metrics.front().first, "position_rms_free_m");
   EXPECT_EQ(metrics.back().first, "real_time_factor");
+}
+
+TEST_F(MetricsTest, ASensorWhoseBiasWasNotLearnedIsSeen) {
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(Value("sensor_ready")));
+  const int start = static_cast<int>(log_.values.cols());
+  log_.signals.push_back({"sensor_ready", start, 1});
+  log_.signals.push_back({"sensor_tares_refused", start + 1, 1});
+  const auto rows = log_.values.rows();
+  log_.values.conservativeResizeLike(Eigen::MatrixXd::Zero(rows, start + 2));
+  EXPECT_EQ(std::get<bool>(Value("sensor_ready")), true);  // None was refused.
+  log_.values(rows - 1, start + 1) = 1;
+  EXPECT_EQ(std::get<bool>(Value("sensor_ready")), false);
+  log_.values(rows / 2, start) = 1;
+  EXPECT_EQ(std::get<bool>(Value("sensor_ready")), true);
 }
 
 // The filter finds two blocked rotations and turns the axis between them by
