@@ -140,10 +140,11 @@ tool slides and anywhere in the cone where it sticks; mu is learned while it
 slides. A contact is found when r speaks for one long enough (with no contact r
 is the force itself), and dropped when its lambda_i is not there any more, or,
 one of several, when the tool moves along its normal: CUSUM tests on the log
-likelihood. Where no more than a small force is commanded a small force says
-nothing, as long as it is one, and counts as far as the tool has moved along the
-normal: a hand may rest lightly on a surface, and what holds the tool in place
-is there, however hard it is pressed. Then each contact's particles
+likelihood. Where no more than a small force is commanded a small force counts
+only as far as the tool has moved along the normal: a hand may rest lightly on a
+surface, and what holds the tool in place is there, however hard it is pressed.
+When it has moved on in any direction, what is sensed and what is commanded must
+still be a little force, on average. Then each contact's particles
 
     move      as far as surfaces turn in the distance that was slid,
     weight    1 / (1 + <rho,v>^2 / 3 sigma_v^2) exp(-|e|^2 / 2 sigma_f^2)
