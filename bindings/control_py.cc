@@ -141,6 +141,8 @@ void BindForceLoop(py::module_& m) {
       .Field("gain", &P::gain, "Kpf, >= 0, default 2.5")
       .Field("integral_gain", &P::integral_gain, "Kif, 1/s, >= 0, default 5.5")
       .Field("damping", &P::damping, "Kvf, N s/m, >= 0, default 20")
+      .Field("max_proportional_force", &P::max_proportional_force,
+             "N, >= 0, 0 is none: bound on |Kpf e|, default 0")
       .Field("max_integral_force", &P::max_integral_force,
              "N, >= 0: bound of the integral's force, default 10")
       .Field("integral_delay", &P::integral_delay,
@@ -193,10 +195,18 @@ void BindOperationalSpaceController(py::module_& m) {
       .Field("rotation_stiffness", &P::rotation_stiffness,
              "1/s^2, >= 0, default 600")
       .Field("rotation_damping", &P::rotation_damping, "1/s, >= 0, default 38")
+      .Field("motion_speed_limit", &P::motion_speed_limit,
+             "m/s, >= 0, 0 is none: how fast an error of position may be "
+             "closed, default 0, in scenarios 0.5")
+      .Field("rotation_speed_limit", &P::rotation_speed_limit,
+             "rad/s, >= 0: likewise of orientation, default 0, in scenarios 1")
       .Field("force_gain", &P::force_gain, "Kpf, >= 0, default 2.5")
       .Field("force_integral_gain", &P::force_integral_gain,
              "Kif, 1/s, >= 0, default 5.5")
       .Field("force_damping", &P::force_damping, "Kvf, N s/m, >= 0, default 20")
+      .Field("max_proportional_force", &P::max_proportional_force,
+             "N, >= 0, 0 is none: bound on |Kpf e|, default 0, in scenarios "
+             "20")
       .Field("max_integral_force", &P::max_integral_force,
              "N, >= 0, default 10")
       .Field("force_integral_delay", &P::force_integral_delay,
@@ -207,6 +217,8 @@ void BindOperationalSpaceController(py::module_& m) {
              "1/s, >= 0, default 5.5")
       .Field("moment_damping", &P::moment_damping,
              "N m s/rad, >= 0, default 0.8")
+      .Field("max_proportional_moment", &P::max_proportional_moment,
+             "N m, >= 0, 0 is none, default 0, in scenarios 1")
       .Field("max_integral_moment", &P::max_integral_moment,
              "N m, >= 0, default 1")
       .Field("force_speed_limit", &P::force_speed_limit,
@@ -238,8 +250,12 @@ void BindOperationalSpaceController(py::module_& m) {
       .Field("posture_stiffness", &P::posture_stiffness,
              "1/s^2, >= 0, default 25")
       .Field("posture_damping", &P::posture_damping, "1/s, >= 0, default 10")
+      .Field(
+          "posture_speed_limit", &P::posture_speed_limit,
+          "rad/s, >= 0, 0 is none: how fast a joint may take up its posture, "
+          "default 0, in scenarios 0.5")
       .Field("max_mass", &P::max_mass,
-             "kg, > 0: bound of the apparent mass, default 50")
+             "kg, > 0: bound of the apparent mass, default 50, in scenarios 25")
       .Field("characteristic_length", &P::characteristic_length,
              "m, > 0: turns inertia into mass for max_mass, default 0.2")
       .Field("joint_limits", &P::joint_limits, "JointLimitsParams")

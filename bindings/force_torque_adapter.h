@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
+
 #include "dual_proxy/perception/force_torque_adapter.h"
 #include "params.h"
 
@@ -40,6 +42,13 @@ void AddForceTorqueAdapterFields(BindParams<P>* params) {
                               "N, > 0: noise (std per axis) with which no bias "
                               "is learned, default 1")
       .template Field<double>("period", &P::period, "s, > 0, default 0.001");
+}
+
+/** ForceTorqueAdapterInput::v_BE of an argument that may be None. */
+inline std::optional<Eigen::Matrix<double, 6, 1>> OptionalVelocity(
+    const py::object& robot_velocity) {
+  if (robot_velocity.is_none()) return std::nullopt;
+  return AsFixed<Eigen::Matrix<double, 6, 1>>(robot_velocity, "robot_velocity");
 }
 
 }  // namespace dual_proxy

@@ -70,6 +70,11 @@ class MappingReader {
   static void ReadStruct(py::dict mapping, const std::string& path,
                          const std::string& key, T* result) {
     MappingReader reader(std::move(mapping), path, key);
+    if constexpr (std::is_same_v<T, Scenario::Overrides>) {
+      // These two are keys, too, though no section has them.
+      reader.known_.append("scheme");
+      reader.known_.append("law");
+    }
     try {
       result->Serialize(&reader);
     } catch (const InvalidField& error) {

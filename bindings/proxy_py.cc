@@ -265,6 +265,9 @@ void BindRobotSideProxy(py::module_& m) {
       .Field("max_distance", &P::max_distance,
              "m, in (0, 0.25], default 0.15: how far the proxy may go from the "
              "robot")
+      .Field("catch_up_share", &P::catch_up_share,
+             "(0, 1]: share of the limiter's accelerations until the proxy has "
+             "met the device's poses, default 1, in scenarios 0.1")
       .Field("handover", &P::handover,
              "\"bumpless\" (from the sensed force) or \"printed\" (from where "
              "it is): how the forces start in a new direction")

@@ -241,24 +241,28 @@ void BindForceTorqueSensor(py::module_& m) {
           "update",
           [](const ForceTorqueSensor& self, const py::object& reaction,
              const py::object& robot_position, const py::object& robot_rotation,
-             const py::object& p_SE, State& state, bool tare) {
+             const py::object& p_SE, State& state, bool tare,
+             const py::object& robot_velocity) {
             return self.Update(
                 {.measured = AsFixed<Vector6d>(reaction, "reaction"),
                  .X_BE = {.p = Vec3(robot_position, "robot_position"),
                           .R = Mat3(robot_rotation, "robot_rotation")},
+                 .v_BE = OptionalVelocity(robot_velocity),
                  .p_SE = Vec3(p_SE, "p_SE"),
                  .tare = tare},
                 &state);
           },
           py::arg("reaction"), py::arg("robot_position"),
           py::arg("robot_rotation"), py::arg("p_SE"), py::arg("state"),
-          py::arg("tare") = false,
+          py::arg("tare") = false, py::arg("robot_velocity") = py::none(),
           "Takes a sample and returns `state.wrench`.\n\n"
           "reaction: (6,) [force; moment] about the origin of S, N and N m, in "
           "S: arm on tool.\n"
           "robot_position (3,), m, and robot_rotation (3, 3): of the tool "
           "point. p_SE: (3,), m, tool point in S.\n"
-          "tare: asks for the bias to be learned anew when it becomes true.");
+          "tare: asks for the bias to be learned anew when it becomes true.\n"
+          "robot_velocity: (6,) [linear; angular], m/s, rad/s, in B: of the "
+          "tool point, if known.");
 }
 
 void BindContact(py::module_& m) {

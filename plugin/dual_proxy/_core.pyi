@@ -1054,8 +1054,8 @@ class RobotSideProxyParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('map', 'workspace', 'limiter', 'link', 'interpolate', 'interpolator', 'stiffness', 'rotational_stiffness', 'max_force', 'max_moment', 'force_rate', 'moment_rate', 'max_motion_error', 'max_distance', 'handover', 'period')
-    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose", 'interpolator': 'PoseInterpolatorParams', 'stiffness': 'k_vir_r, N/m, >= 0, default 500', 'rotational_stiffness': 'N m/rad, >= 0, default 10', 'max_force': 'N, >= 0, default 20', 'max_moment': 'N m, >= 0, default 2', 'force_rate': 'N/s, > 0, default 50', 'moment_rate': 'N m/s, > 0, default 10', 'max_motion_error': 'bound on |dx_m|, m, >= 0, 0 is none, default 0.012', 'max_distance': 'm, in (0, 0.25], default 0.15: how far the proxy may go from the robot', 'handover': '"bumpless" (from the sensed force) or "printed" (from where it is): how the forces start in a new direction', 'period': 's, > 0, default 0.001'}
+    _serialized_names: typing.ClassVar[tuple] = ('map', 'workspace', 'limiter', 'link', 'interpolate', 'interpolator', 'stiffness', 'rotational_stiffness', 'max_force', 'max_moment', 'force_rate', 'moment_rate', 'max_motion_error', 'max_distance', 'catch_up_share', 'handover', 'period')
+    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose", 'interpolator': 'PoseInterpolatorParams', 'stiffness': 'k_vir_r, N/m, >= 0, default 500', 'rotational_stiffness': 'N m/rad, >= 0, default 10', 'max_force': 'N, >= 0, default 20', 'max_moment': 'N m, >= 0, default 2', 'force_rate': 'N/s, > 0, default 50', 'moment_rate': 'N m/s, > 0, default 10', 'max_motion_error': 'bound on |dx_m|, m, >= 0, 0 is none, default 0.012', 'max_distance': 'm, in (0, 0.25], default 0.15: how far the proxy may go from the robot', 'catch_up_share': "(0, 1]: share of the limiter's accelerations until the proxy has met the device's poses, default 1, in scenarios 0.1", 'handover': '"bumpless" (from the sensed force) or "printed" (from where it is): how the forces start in a new direction', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> RobotSideProxyParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideProxyParams:
@@ -1077,6 +1077,14 @@ class RobotSideProxyParams:
         """
         Raises ValueError naming the field, the range and the value.
         """
+    @property
+    def catch_up_share(self) -> float:
+        """
+        (0, 1]: share of the limiter's accelerations until the proxy has met the device's poses, default 1, in scenarios 0.1
+        """
+    @catch_up_share.setter
+    def catch_up_share(self, arg1: typing.Any) -> None:
+        ...
     @property
     def force_rate(self) -> float:
         """
@@ -2319,13 +2327,15 @@ class ForceTorqueAdapter:
         ...
     def make_state(self) -> ForceTorqueAdapterState:
         ...
-    def update(self, measured: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, p_SE: typing.Any, state: ForceTorqueAdapterState, tare: bool = False) -> None:
+    def update(self, measured: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, p_SE: typing.Any, state: ForceTorqueAdapterState, tare: bool = False, robot_velocity: typing.Any = None) -> None:
         """
         Takes a sample; the result is in `state`.
         
         measured: (6,) [force; moment] about the origin of S, N and N m, in S: arm on tool.
         robot_position (3,), m, and robot_rotation (3, 3): of the tool point. p_SE: (3,), m, tool point in S.
         tare: asks for the bias to be learned anew when it becomes true.
+        robot_velocity: (6,) [linear; angular], m/s, rad/s, in B: of the tool point, if known;
+        without, it is taken from the poses.
         """
     @property
     def params(self) -> ForceTorqueAdapterParams:
@@ -2619,7 +2629,7 @@ class ForceLoopParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'gain': 'Kpf, >= 0, default 2.5', 'integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': "N, >= 0: bound of the integral's force, default 10", 'integral_delay': 's, >= 0: before a new contact is integrated, default 0', 'speed_limit': 'm/s, > 0: how fast the loop may move the tool, default 0.1', 'filter_cutoff': 'Hz, >= 0: low-pass on the sensed force, 0 is off, default 100', 'release_time': 's, >= 0: in which a cut-off integral fades, default 0.03', 'passivity': 'its period is ignored', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'gain': 'Kpf, >= 0, default 2.5', 'integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'damping': 'Kvf, N s/m, >= 0, default 20', 'max_proportional_force': 'N, >= 0, 0 is none: bound on |Kpf e|, default 0', 'max_integral_force': "N, >= 0: bound of the integral's force, default 10", 'integral_delay': 's, >= 0: before a new contact is integrated, default 0', 'speed_limit': 'm/s, > 0: how fast the loop may move the tool, default 0.1', 'filter_cutoff': 'Hz, >= 0: low-pass on the sensed force, 0 is off, default 100', 'release_time': 's, >= 0: in which a cut-off integral fades, default 0.03', 'passivity': 'its period is ignored', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> ForceLoopParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceLoopParams:
@@ -2688,6 +2698,14 @@ class ForceLoopParams:
         """
     @max_integral_force.setter
     def max_integral_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_proportional_force(self) -> float:
+        """
+        N, >= 0, 0 is none: bound on |Kpf e|, default 0
+        """
+    @max_proportional_force.setter
+    def max_proportional_force(self, arg1: typing.Any) -> None:
         ...
     @property
     def passivity(self) -> TimeDomainPassivityParams:
@@ -2769,8 +2787,8 @@ class OperationalSpaceControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('position_stiffness', 'position_damping', 'rotation_stiffness', 'rotation_damping', 'force_gain', 'force_integral_gain', 'force_damping', 'max_integral_force', 'force_integral_delay', 'moment_gain', 'moment_integral_gain', 'moment_damping', 'max_integral_moment', 'force_speed_limit', 'moment_speed_limit', 'force_filter_cutoff', 'feed_forward', 'selection_blend_time', 'passivity', 'force_passivity', 'moment_passivity', 'unit_mass_motion_force', 'unit_inertia_motion_moment', 'q_rest', 'posture_stiffness', 'posture_damping', 'max_mass', 'characteristic_length', 'joint_limits', 'torque_limit', 'torque_rate_limit', 'torque_margin', 'period')
-    fields: typing.ClassVar[dict] = {'position_stiffness': 'Kpm, 1/s^2, >= 0, default 500', 'position_damping': 'Kvm, 1/s, >= 0, default 40', 'rotation_stiffness': '1/s^2, >= 0, default 600', 'rotation_damping': '1/s, >= 0, default 38', 'force_gain': 'Kpf, >= 0, default 2.5', 'force_integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'force_damping': 'Kvf, N s/m, >= 0, default 20', 'max_integral_force': 'N, >= 0, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0, in scenarios 0.1', 'moment_gain': '>= 0, default 2.5', 'moment_integral_gain': '1/s, >= 0, default 5.5', 'moment_damping': 'N m s/rad, >= 0, default 0.8', 'max_integral_moment': 'N m, >= 0, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100', 'feed_forward': "proxy's velocity and acceleration fed forward; false: as printed; default true", 'selection_blend_time': 's, >= 0; 0 switches at once, as printed; default 0.03', 'passivity': 'passivity controllers on; default true', 'force_passivity': 'of the force loop; its enabled and period are ignored', 'moment_passivity': 'of the moment loop; its enabled and period are ignored', 'unit_mass_motion_force': 'output motion_force is Lambda^-1 F_m; false: F_m as printed; default true', 'unit_inertia_motion_moment': 'output motion_moment is the command of a unit inertia; false: M_m, N m; default false', 'q_rest': '(7,), rad: posture in the null space', 'posture_stiffness': '1/s^2, >= 0, default 25', 'posture_damping': '1/s, >= 0, default 10', 'max_mass': 'kg, > 0: bound of the apparent mass, default 50', 'characteristic_length': 'm, > 0: turns inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams', 'torque_limit': '(7,), N m, > 0', 'torque_rate_limit': 'N m/s, > 0, default 1000', 'torque_margin': '[0, 1): share of both torque limits kept free, default 0.05', 'period': 's, > 0, default 0.001'}
+    _serialized_names: typing.ClassVar[tuple] = ('position_stiffness', 'position_damping', 'rotation_stiffness', 'rotation_damping', 'motion_speed_limit', 'rotation_speed_limit', 'force_gain', 'force_integral_gain', 'force_damping', 'max_proportional_force', 'max_integral_force', 'force_integral_delay', 'moment_gain', 'moment_integral_gain', 'moment_damping', 'max_proportional_moment', 'max_integral_moment', 'force_speed_limit', 'moment_speed_limit', 'force_filter_cutoff', 'feed_forward', 'selection_blend_time', 'passivity', 'force_passivity', 'moment_passivity', 'unit_mass_motion_force', 'unit_inertia_motion_moment', 'q_rest', 'posture_stiffness', 'posture_damping', 'posture_speed_limit', 'max_mass', 'characteristic_length', 'joint_limits', 'torque_limit', 'torque_rate_limit', 'torque_margin', 'period')
+    fields: typing.ClassVar[dict] = {'position_stiffness': 'Kpm, 1/s^2, >= 0, default 500', 'position_damping': 'Kvm, 1/s, >= 0, default 40', 'rotation_stiffness': '1/s^2, >= 0, default 600', 'rotation_damping': '1/s, >= 0, default 38', 'motion_speed_limit': 'm/s, >= 0, 0 is none: how fast an error of position may be closed, default 0, in scenarios 0.5', 'rotation_speed_limit': 'rad/s, >= 0: likewise of orientation, default 0, in scenarios 1', 'force_gain': 'Kpf, >= 0, default 2.5', 'force_integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'force_damping': 'Kvf, N s/m, >= 0, default 20', 'max_proportional_force': 'N, >= 0, 0 is none: bound on |Kpf e|, default 0, in scenarios 20', 'max_integral_force': 'N, >= 0, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0, in scenarios 0.1', 'moment_gain': '>= 0, default 2.5', 'moment_integral_gain': '1/s, >= 0, default 5.5', 'moment_damping': 'N m s/rad, >= 0, default 0.8', 'max_proportional_moment': 'N m, >= 0, 0 is none, default 0, in scenarios 1', 'max_integral_moment': 'N m, >= 0, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100', 'feed_forward': "proxy's velocity and acceleration fed forward; false: as printed; default true", 'selection_blend_time': 's, >= 0; 0 switches at once, as printed; default 0.03', 'passivity': 'passivity controllers on; default true', 'force_passivity': 'of the force loop; its enabled and period are ignored', 'moment_passivity': 'of the moment loop; its enabled and period are ignored', 'unit_mass_motion_force': 'output motion_force is Lambda^-1 F_m; false: F_m as printed; default true', 'unit_inertia_motion_moment': 'output motion_moment is the command of a unit inertia; false: M_m, N m; default false', 'q_rest': '(7,), rad: posture in the null space', 'posture_stiffness': '1/s^2, >= 0, default 25', 'posture_damping': '1/s, >= 0, default 10', 'posture_speed_limit': 'rad/s, >= 0, 0 is none: how fast a joint may take up its posture, default 0, in scenarios 0.5', 'max_mass': 'kg, > 0: bound of the apparent mass, default 50, in scenarios 25', 'characteristic_length': 'm, > 0: turns inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams', 'torque_limit': '(7,), N m, > 0', 'torque_rate_limit': 'N m/s, > 0, default 1000', 'torque_margin': '[0, 1): share of both torque limits kept free, default 0.05', 'period': 's, > 0, default 0.001'}
     def __copy__(self) -> OperationalSpaceControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperationalSpaceControllerParams:
@@ -2891,10 +2909,26 @@ class OperationalSpaceControllerParams:
     @property
     def max_mass(self) -> float:
         """
-        kg, > 0: bound of the apparent mass, default 50
+        kg, > 0: bound of the apparent mass, default 50, in scenarios 25
         """
     @max_mass.setter
     def max_mass(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_proportional_force(self) -> float:
+        """
+        N, >= 0, 0 is none: bound on |Kpf e|, default 0, in scenarios 20
+        """
+    @max_proportional_force.setter
+    def max_proportional_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_proportional_moment(self) -> float:
+        """
+        N m, >= 0, 0 is none, default 0, in scenarios 1
+        """
+    @max_proportional_moment.setter
+    def max_proportional_moment(self, arg1: typing.Any) -> None:
         ...
     @property
     def moment_damping(self) -> float:
@@ -2937,6 +2971,14 @@ class OperationalSpaceControllerParams:
     def moment_speed_limit(self, arg1: typing.Any) -> None:
         ...
     @property
+    def motion_speed_limit(self) -> float:
+        """
+        m/s, >= 0, 0 is none: how fast an error of position may be closed, default 0, in scenarios 0.5
+        """
+    @motion_speed_limit.setter
+    def motion_speed_limit(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def passivity(self) -> bool:
         """
         passivity controllers on; default true
@@ -2977,6 +3019,14 @@ class OperationalSpaceControllerParams:
     def posture_damping(self, arg1: typing.Any) -> None:
         ...
     @property
+    def posture_speed_limit(self) -> float:
+        """
+        rad/s, >= 0, 0 is none: how fast a joint may take up its posture, default 0, in scenarios 0.5
+        """
+    @posture_speed_limit.setter
+    def posture_speed_limit(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def posture_stiffness(self) -> float:
         """
         1/s^2, >= 0, default 25
@@ -2999,6 +3049,14 @@ class OperationalSpaceControllerParams:
         """
     @rotation_damping.setter
     def rotation_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def rotation_speed_limit(self) -> float:
+        """
+        rad/s, >= 0: likewise of orientation, default 0, in scenarios 1
+        """
+    @rotation_speed_limit.setter
+    def rotation_speed_limit(self, arg1: typing.Any) -> None:
         ...
     @property
     def rotation_stiffness(self) -> float:
@@ -3825,13 +3883,14 @@ class ForceTorqueSensor:
         """
         The same seed gives the same noise.
         """
-    def update(self, reaction: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, p_SE: typing.Any, state: ForceTorqueSensorState, tare: bool = False) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+    def update(self, reaction: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, p_SE: typing.Any, state: ForceTorqueSensorState, tare: bool = False, robot_velocity: typing.Any = None) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
         """
         Takes a sample and returns `state.wrench`.
         
         reaction: (6,) [force; moment] about the origin of S, N and N m, in S: arm on tool.
         robot_position (3,), m, and robot_rotation (3, 3): of the tool point. p_SE: (3,), m, tool point in S.
         tare: asks for the bias to be learned anew when it becomes true.
+        robot_velocity: (6,) [linear; angular], m/s, rad/s, in B: of the tool point, if known.
         """
     @property
     def params(self) -> ForceTorqueSensorParams:
@@ -6003,5 +6062,5 @@ _FILTER_TRIAL_DRIVES: tuple = ('closed_loop', 'true_selection', 'kinematic')
 _FILTER_TRIAL_SCENES: tuple = ('free', 'plane', 'cylinder', 'inner_corner', 'step_edge', 'still', 'grazing', 'soft')
 _LIKELIHOODS: tuple = ('paper', 'friction_cone')
 _RECORDING_EXAMPLE: str = 't,px,py,pz\n0.00,0.450,0.010,0.200\n0.01,0.451,0.010,0.199\n'
-_RECORDING_FORMAT: str = 'columns t (s), px, py, pz (m), separated by commas, their names in the first line; optional: qw, qx, qy, qz (orientation)'
+_RECORDING_FORMAT: str = 'columns t (s), px, py, pz (m), separated by commas, their names in the first line; optional: qw, qx, qy, qz (orientation); at least 10 rows and 1 s'
 _RECORDING_MOVE_TIME: float = 2.0

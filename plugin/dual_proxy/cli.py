@@ -73,6 +73,12 @@ class _Version(argparse.Action):
         parser.exit()
 
 
+def _folder(text: str) -> Path:
+    if not text:
+        raise argparse.ArgumentTypeError("expected a folder, got ''")
+    return Path(text)
+
+
 class _Stream:
     """Standard output or error, which may be closed or end before we do."""
 
@@ -173,14 +179,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _main(arguments: Sequence[str] | None) -> int:
     try:
         options = _parser().parse_args(arguments)
-    except SystemExit as end:  # Its output may not have gone anywhere.
-        return end.code if isinstance(end.code, int) else 0
-    try:
         if options.command == "list":
             return _list()
         if options.command == "bench":
             return _bench_filter(options)
         return _run(options)
+    except SystemExit as end:  # Of the parser, whose output may not be out yet.
+        return end.code if isinstance(end.code, int) else 0
     except (ScenarioError, ImportError) as error:
         return _fail(_describe(error), _BAD_INPUT)
     except (OSError, MemoryError, KeyboardInterrupt) as error:
@@ -261,7 +266,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--mcap", action="store_true", help="save log.mcap for Foxglove, too")
     add(
         "--out",
-        type=Path,
+        type=_folder,
         metavar="DIR",
         help="where to save, in place of an earlier run's files (default: a new"
         " folder out/SCENARIO-SCHEME-DELAYms, with -2, -3... if there is one)",
@@ -289,7 +294,7 @@ def _add_bench(commands: Any) -> None:
     add("--quick", action="store_true", help="a part of it, in seconds")
     add(
         "--out",
-        type=Path,
+        type=_folder,
         metavar="DIR",
         default=Path("out/bench"),
         help="where to save filter.json and filter.png (default: %(default)s)",

@@ -218,6 +218,11 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
         (n, components), (n, 3, 3) for a matrix or (n,) for a scalar. Arrays of
         the right type are not copied.
 
+    Returns
+    -------
+    DataFrame
+        Its values are read-only; those of a copy (`log.copy()`) are not.
+
     Raises
     ------
     ValueError
@@ -242,6 +247,7 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
                 f"{name}: expected shape ({len(times)}, {width}), got {array.shape}"
             )
         table = array.reshape(len(times), width)
+        table.setflags(write=False)
         for index, column in enumerate(column_names(name)):
             columns[column] = table[:, index]
     return pd.DataFrame(columns, index=pd.Index(times, name="time"), copy=False)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -32,9 +33,9 @@ class Run:
 
     scenario: Scenario
     log: pd.DataFrame
-    """One row per control period, see `dual_proxy.log.SIGNALS`. Not to be
-    changed (`log.copy()` is): that of a long run is on disk, and costs memory
-    where it is read."""
+    """One row per control period, see `dual_proxy.log.SIGNALS`. Read-only
+    (`log.copy()` is not): that of a long run is on disk, and costs memory where
+    it is read."""
     metrics: dict[str, Any]
     """See `dual_proxy.metrics.METRICS`."""
     failure: str = ""
@@ -149,6 +150,11 @@ def change_scenario(
 ) -> Scenario:
     """Return the scenario that `run` runs; arguments and errors are its own."""
     if not isinstance(scenario, Scenario):
+        if not isinstance(scenario, str | os.PathLike):
+            raise TypeError(
+                "scenario: expected a scenario's name, the path of a YAML file or a "
+                f"Scenario, got {scenario!r}"
+            )
         scenario = load_scenario(scenario)
     changes = dict(overrides or {})
     for key, value in (
@@ -211,6 +217,8 @@ def run(
     ------
     ScenarioError
         If the scenario or an argument is wrong.
+    TypeError
+        If `scenario` is none of what it may be.
     RunError
         If the simulation fails midway, or is interrupted (Ctrl-C); it carries
         what was logged.

@@ -109,6 +109,7 @@ constexpr MetricDescription kMetrics[] = {
      "tool_speed, torque, torque_rate, proxy_distance"},
     {"link_messages_dropped", "",
      "messages refused by both sides: too old or out of order"},
+    {"link_messages_lost", "", "messages that the link lost, both ways"},
     {"recording_scale", "",
      "lengths of the operator's motion per length that was recorded"},
     {"finite", "", "no NaN or infinity anywhere in the log"},
@@ -523,6 +524,13 @@ void AddCounts(const RunLog& log, const Truth& truth, Values* values) {
                          log.Signal<1>("haptic_link_dropped").tail<1>()(0);
   if (std::isfinite(dropped)) {
     values->at("link_messages_dropped") = static_cast<std::int64_t>(dropped);
+  }
+  if (log.Has("to_robot_lost") && log.Has("to_device_lost")) {
+    const double lost = log.Signal<1>("to_robot_lost").tail<1>()(0) +
+                        log.Signal<1>("to_device_lost").tail<1>()(0);
+    if (std::isfinite(lost)) {
+      values->at("link_messages_lost") = static_cast<std::int64_t>(lost);
+    }
   }
 }
 

@@ -62,7 +62,7 @@ const Row kMatrix = {"R11", "R12", "R13", "R21", "R22",
                      "R23", "R31", "R32", "R33"};
 
 constexpr const char* kUnitRemedy =
-    "give the unit if it is not m (--recording-units mm; "
+    "give the unit if it is not m (--recording-units mm or cm; "
     "operator.recording_units)";
 
 template <typename... Parts>
@@ -391,10 +391,15 @@ void CheckTimes(const std::string& path, const VectorXd& times) {
                " s: remove rows that are there twice, sort the rest");
   }
   const double interval = CalcQuantile(intervals, 0.5);
-  if (interval < kMinInterval || interval > kMaxInterval) {
+  // Times that are written in decimals are a little off.
+  constexpr double kDust = 1 + 1e-6;
+  if (interval * kDust < kMinInterval || interval > kMaxInterval * kDust) {
+    const char* remedy = interval < kMinInterval ? "leave rows out"
+                         : interval < 1 ? "sample it faster"
+                                        : "times must be in s, not in ms";
     Throw(path, ", row 2, column 't': rows are ", Rounded(interval),
           " s apart (median), expected ", kMinInterval, " to ", kMaxInterval,
-          " s (10 kHz to 5 Hz): times must be in s, not in ms");
+          " s (10 kHz to 5 Hz): ", remedy);
   }
   if (length < kMinLength) throw_too_short();
   if (length > kMaxLength) {

@@ -29,7 +29,8 @@ top, and the first orientation becomes the tool's at home. */
 /** What a recording looks like: for errors, help and pages. */
 inline constexpr const char* kRecordingFormat =
     "columns t (s), px, py, pz (m), separated by commas, their names in the "
-    "first line; optional: qw, qx, qy, qz (orientation)";
+    "first line; optional: qw, qx, qy, qz (orientation); at least 10 rows and "
+    "1 s";
 
 /** The first lines of one. */
 inline constexpr const char* kRecordingExample =

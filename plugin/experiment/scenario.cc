@@ -344,11 +344,18 @@ void Scenario::CheckWaypoints() const {
   for (int i = 0; i < reachable.size(); ++i) {
     if (reachable(i)) continue;
     const auto p = motion.points.col(i);
-    throw ScenarioError(Join(path, "[", i,
-                             "].position: expected a place over the table that "
-                             "the device reaches from map.p_cw, got [",
-                             p.x(), ", ", p.y(), ", ", p.z(), "]"));
+    throw ScenarioError(Join(
+        path, "[", i, "].position: expected a place ",
+        IsOverTable(p) ? "that the device reaches (scene.start_position is "
+                         "the middle of its workspace, map.scale its size)"
+                       : "over the table (scene.table_center, table_size)",
+        ", got [", p.x(), ", ", p.y(), ", ", p.z(), "]"));
   }
+}
+
+bool Scenario::IsOverTable(const Eigen::Vector3d& p) const {
+  const Eigen::Array2d aside = (p.head<2>() - scene.table_center).cwiseAbs();
+  return (aside <= scene.table_size.array() / 2).all();
 }
 
 Eigen::VectorX<bool> Scenario::Reachable(
@@ -358,10 +365,8 @@ Eigen::VectorX<bool> Scenario::Reachable(
   Eigen::VectorX<bool> result(points.cols());
   for (int i = 0; i < points.cols(); ++i) {
     const Eigen::Vector3d p = points.col(i);
-    const Eigen::Array2d aside = (p.head<2>() - scene.table_center).cwiseAbs();
     const Eigen::Vector3d x_h = map.R_DB * (p - map.p_cw) / map.scale;
-    result(i) = (aside <= scene.table_size.array() / 2).all() &&
-                std::hypot(x_h.y(), x_h.z()) <= radius &&
+    result(i) = IsOverTable(p) && std::hypot(x_h.y(), x_h.z()) <= radius &&
                 std::abs(x_h.x()) <= half_length;
   }
   return result;
@@ -411,13 +416,18 @@ std::uint64_t Scenario::CalcSeed(Stream stream) const {
 }
 
 double Scenario::CalcRunDuration() const {
-  if (!extend_for_delay) return duration;
-  const OperatorPathParams path = CalcOperatorPath();
-  const double needed =
-      path.times(path.times.size() - 1) + 3.0 * link.delay() + 2.0;
-  // Rounded up to whole milliseconds, free of floating-point dust.
-  const double milliseconds = std::ceil(std::round(needed * 1e9) / 1e6);
-  return std::max(duration, milliseconds / 1e3);
+  double result = duration;
+  if (extend_for_delay) {
+    const OperatorPathParams path = CalcOperatorPath();
+    const double needed =
+        path.times(path.times.size() - 1) + 3.0 * link.delay() + 2.0;
+    // Rounded up to whole milliseconds, free of floating-point dust.
+    const double milliseconds = std::ceil(std::round(needed * 1e9) / 1e6);
+    result = std::max(result, milliseconds / 1e3);
+  }
+  // The last period belongs to it: 2300 x 0.001 s is a bit more than 2.3 s.
+  const double last = control_period * std::round(result / control_period);
+  return std::abs(last - result) < 1e-9 ? std::max(result, last) : result;
 }
 
 }  // namespace dual_proxy

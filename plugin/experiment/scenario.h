@@ -221,10 +221,20 @@ struct Scenario {
   PandaSceneParams scene;
   WorkspaceMapParams map;
   LinkParams link;
-  RobotSideProxyParams robot_proxy;
+  RobotSideProxyParams robot_proxy{[] {
+    RobotSideProxyParams params;
+    params.catch_up_share = 0.1;
+    return params;
+  }()};
   OperationalSpaceControllerParams controller{[] {
     OperationalSpaceControllerParams params;
     params.force_integral_delay = 0.1;
+    params.motion_speed_limit = 0.5;
+    params.rotation_speed_limit = 1;
+    params.posture_speed_limit = 0.5;
+    params.max_proportional_force = 20;
+    params.max_proportional_moment = 1;
+    params.max_mass = 25;
     return params;
   }()};
   /** At 100 Hz; see docs/benchmarks.md. */
@@ -293,6 +303,7 @@ struct Scenario {
   The set is convex. */
   Eigen::VectorX<bool> Reachable(
       const Eigen::Ref<const Eigen::Matrix3Xd>& points) const;
+  bool IsOverTable(const Eigen::Vector3d& p) const;
 
   /** Where the operator means the robot's tool to go: points in B, the
   waypoints or those of the recording, and rotations in B if a waypoint has one.

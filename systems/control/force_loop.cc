@@ -33,6 +33,7 @@ void ForceLoopParams::Validate() const {
   ThrowUnlessNonNegative(who, "gain", gain);
   ThrowUnlessNonNegative(who, "integral_gain", integral_gain);
   ThrowUnlessNonNegative(who, "damping", damping);
+  ThrowUnlessNonNegative(who, "max_proportional_force", max_proportional_force);
   ThrowUnlessNonNegative(who, "max_integral_force", max_integral_force);
   ThrowUnlessNonNegative(who, "integral_delay", integral_delay);
   ThrowUnlessPositive(who, "speed_limit", speed_limit);
@@ -104,9 +105,12 @@ Vector3d ForceLoop::Update(const Vector3d& reference, const Vector3d& sensed,
                  params_.max_integral_force / params_.integral_gain);
   }
 
-  Vector3d feedback =
-      -(blended * (params_.gain * error + params_.damping * velocity)) -
-      params_.integral_gain * state->integral + state->released;
+  Vector3d proportional = params_.gain * error;
+  if (params_.max_proportional_force > 0) {
+    proportional = Saturate(proportional, params_.max_proportional_force);
+  }
+  Vector3d feedback = -(blended * (proportional + params_.damping * velocity)) -
+                      params_.integral_gain * state->integral + state->released;
   feedback += CalcBraking(reference + feedback, blended * velocity,
                           blended * state->passivity.velocity);
   return reference + feedback +

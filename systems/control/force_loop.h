@@ -13,6 +13,8 @@ struct ForceLoopParams {
   double gain{2.5};           ///< Kpf, >= 0, dimensionless.
   double integral_gain{5.5};  ///< Kif, 1/s, >= 0.
   double damping{20};         ///< Kvf, N s/m [N m s/rad], >= 0.
+  /** N [N m], >= 0; 0 is none: bound on the norm of Kpf e. */
+  double max_proportional_force{0};
   /** N [N m], >= 0: bound on the norm of the integral's force. */
   double max_integral_force{10};
   double integral_delay{0};  ///< s, >= 0: before a new contact is integrated.
@@ -54,6 +56,8 @@ struct ForceLoopState {
   and projecting it here would turn that decay into a step, while a bumpless
   hand-over that starts F_r at the sensed force would be held back by the blend
   and the contact force would collapse for as long.
+- Kpf e is bounded by max_proportional_force, if that is given: what answers a
+  phantom force must not be more than an arm can turn round in time.
 - The integral lives in the range of Omega_f: it is projected when Omega_f
   changes, zero when Omega_f is zero, bounded by max_integral_force. What is cut
   off fades out within release_time. It waits for integral_delay after Omega_f

@@ -7,6 +7,7 @@
 
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/link/message.h"
+#include "dual_proxy/proxy/vector_rate_limiter.h"
 
 namespace dual_proxy {
 
@@ -18,6 +19,7 @@ ForceLoopParams MakeForceLoopParams(
   ForceLoopParams loop{.gain = params.force_gain,
                        .integral_gain = params.force_integral_gain,
                        .damping = params.force_damping,
+                       .max_proportional_force = params.max_proportional_force,
                        .max_integral_force = params.max_integral_force,
                        .integral_delay = params.force_integral_delay,
                        .speed_limit = params.force_speed_limit,
@@ -31,11 +33,19 @@ ForceLoopParams MakeForceLoopParams(
 
 namespace {
 
+/** `pull` of a spring, bounded to what `damping` answers at `speed`, if that is
+given. */
+Vector3d BoundPull(const Vector3d& pull, double damping,
+                   double speed) noexcept {
+  return speed > 0 ? Saturate(pull, damping * speed) : pull;
+}
+
 ForceLoopParams MakeMomentLoopParams(
     const OperationalSpaceControllerParams& params) {
   ForceLoopParams loop{.gain = params.moment_gain,
                        .integral_gain = params.moment_integral_gain,
                        .damping = params.moment_damping,
+                       .max_proportional_force = params.max_proportional_moment,
                        .max_integral_force = params.max_integral_moment,
                        .integral_delay = params.force_integral_delay,
                        .speed_limit = params.moment_speed_limit,
@@ -119,14 +129,19 @@ void OperationalSpaceControllerParams::Validate() const {
   ThrowUnlessNonNegative(who, "position_damping", position_damping);
   ThrowUnlessNonNegative(who, "rotation_stiffness", rotation_stiffness);
   ThrowUnlessNonNegative(who, "rotation_damping", rotation_damping);
+  ThrowUnlessNonNegative(who, "motion_speed_limit", motion_speed_limit);
+  ThrowUnlessNonNegative(who, "rotation_speed_limit", rotation_speed_limit);
   ThrowUnlessNonNegative(who, "force_gain", force_gain);
   ThrowUnlessNonNegative(who, "force_integral_gain", force_integral_gain);
   ThrowUnlessNonNegative(who, "force_damping", force_damping);
+  ThrowUnlessNonNegative(who, "max_proportional_force", max_proportional_force);
   ThrowUnlessNonNegative(who, "max_integral_force", max_integral_force);
   ThrowUnlessNonNegative(who, "force_integral_delay", force_integral_delay);
   ThrowUnlessNonNegative(who, "moment_gain", moment_gain);
   ThrowUnlessNonNegative(who, "moment_integral_gain", moment_integral_gain);
   ThrowUnlessNonNegative(who, "moment_damping", moment_damping);
+  ThrowUnlessNonNegative(who, "max_proportional_moment",
+                         max_proportional_moment);
   ThrowUnlessNonNegative(who, "max_integral_moment", max_integral_moment);
   ThrowUnlessPositive(who, "force_speed_limit", force_speed_limit);
   ThrowUnlessPositive(who, "moment_speed_limit", moment_speed_limit);
@@ -135,6 +150,7 @@ void OperationalSpaceControllerParams::Validate() const {
   ThrowUnlessFinite(who, "q_rest", q_rest);
   ThrowUnlessNonNegative(who, "posture_stiffness", posture_stiffness);
   ThrowUnlessNonNegative(who, "posture_damping", posture_damping);
+  ThrowUnlessNonNegative(who, "posture_speed_limit", posture_speed_limit);
   ThrowUnlessPositive(who, "max_mass", max_mass);
   ThrowUnlessPositive(who, "characteristic_length", characteristic_length);
   joint_limits.Validate();
@@ -284,10 +300,14 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
     velocity_error -= input.proxy_velocity;
     acceleration = input.proxy_acceleration;
   }
-  acceleration.head<3>() -= params_.position_stiffness * input.motion_error +
-                            params_.position_damping * velocity_error.head<3>();
-  acceleration.tail<3>() -= params_.rotation_stiffness * input.rotation_error +
-                            params_.rotation_damping * velocity_error.tail<3>();
+  acceleration.head<3>() -=
+      BoundPull(params_.position_stiffness * input.motion_error,
+                params_.position_damping, params_.motion_speed_limit) +
+      params_.position_damping * velocity_error.head<3>();
+  acceleration.tail<3>() -=
+      BoundPull(params_.rotation_stiffness * input.rotation_error,
+                params_.rotation_damping, params_.rotation_speed_limit) +
+      params_.rotation_damping * velocity_error.tail<3>();
   acceleration.head<3>() -= Omega_f * acceleration.head<3>().eval();
   acceleration.tail<3>() -= Omega_tau * acceleration.tail<3>().eval();
 
@@ -303,9 +323,12 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
   contact_wrench << output.contact_force, output.contact_moment;
 
   // Torque: eq. (14) to (17).
-  const Vector7 posture =
-      params_.posture_stiffness * (params_.q_rest - input.q) -
-      params_.posture_damping * input.v;
+  Vector7 posture = params_.posture_stiffness * (params_.q_rest - input.q);
+  if (params_.posture_speed_limit > 0) {
+    const double pull = params_.posture_damping * params_.posture_speed_limit;
+    posture = posture.cwiseMax(-pull).cwiseMin(pull).eval();
+  }
+  posture -= params_.posture_damping * input.v;
   const Vector6 wrench =
       Lambda * (acceleration - model.Jdot_v - model.J_BE * posture) +
       contact_wrench;

@@ -21,18 +21,27 @@ struct OperationalSpaceControllerParams {
   double position_damping{40};     ///< Kvm, 1/s, >= 0.
   double rotation_stiffness{600};  ///< 1/s^2, >= 0.
   double rotation_damping{38};     ///< 1/s, >= 0.
+  /** m/s and rad/s, >= 0; 0 is none: how fast an error may be closed: the
+  stiffness' pull is bounded to the damping at this speed. A tool that was kept
+  from its proxy by a contact does not dash there when that is gone. */
+  double motion_speed_limit{0};
+  double rotation_speed_limit{0};
 
   double force_gain{2.5};           ///< Kpf, >= 0.
   double force_integral_gain{5.5};  ///< Kif, 1/s, >= 0.
   double force_damping{20};         ///< Kvf, N s/m, >= 0.
-  double max_integral_force{10};    ///< N, >= 0: bound on |Kif int|.
+  /** N, >= 0; 0 is none: bound on |Kpf e|. A force far from the reference, as
+  of a bias, is answered no faster than the arm's torques can turn round. */
+  double max_proportional_force{0};
+  double max_integral_force{10};  ///< N, >= 0: bound on |Kif int|.
   /** s, >= 0: before forces and moments of a new contact are integrated
   (ForceLoopParams::integral_delay). */
   double force_integral_delay{0};
-  double moment_gain{2.5};           ///< >= 0.
-  double moment_integral_gain{5.5};  ///< 1/s, >= 0.
-  double moment_damping{0.8};        ///< N m s/rad, >= 0.
-  double max_integral_moment{1};     ///< N m, >= 0.
+  double moment_gain{2.5};            ///< >= 0.
+  double moment_integral_gain{5.5};   ///< 1/s, >= 0.
+  double moment_damping{0.8};         ///< N m s/rad, >= 0.
+  double max_proportional_moment{0};  ///< N m, >= 0; 0 is none.
+  double max_integral_moment{1};      ///< N m, >= 0.
   /** m/s and rad/s, > 0: how fast the tool may move in force and in moment
   space by the loops' own doing (ForceLoopParams::speed_limit). */
   double force_speed_limit{0.1};
@@ -76,6 +85,10 @@ struct OperationalSpaceControllerParams {
           .finished()};
   double posture_stiffness{25};  ///< 1/s^2, >= 0.
   double posture_damping{10};    ///< 1/s, >= 0.
+  /** rad/s, >= 0; 0 is none: how fast a joint may take up its posture. From
+  afar, which a passage near a singularity sets free, the spring alone would
+  come close to the joints' speed limits. */
+  double posture_speed_limit{0};
 
   /** kg, > 0: apparent masses up to here are exact. Beyond it, towards a
   singularity, the apparent mass falls to zero (OperationalSpaceInertia()). */
@@ -102,14 +115,19 @@ struct OperationalSpaceControllerParams {
     a->Visit(MakeNameValue("position_damping", &position_damping));
     a->Visit(MakeNameValue("rotation_stiffness", &rotation_stiffness));
     a->Visit(MakeNameValue("rotation_damping", &rotation_damping));
+    a->Visit(MakeNameValue("motion_speed_limit", &motion_speed_limit));
+    a->Visit(MakeNameValue("rotation_speed_limit", &rotation_speed_limit));
     a->Visit(MakeNameValue("force_gain", &force_gain));
     a->Visit(MakeNameValue("force_integral_gain", &force_integral_gain));
     a->Visit(MakeNameValue("force_damping", &force_damping));
+    a->Visit(MakeNameValue("max_proportional_force", &max_proportional_force));
     a->Visit(MakeNameValue("max_integral_force", &max_integral_force));
     a->Visit(MakeNameValue("force_integral_delay", &force_integral_delay));
     a->Visit(MakeNameValue("moment_gain", &moment_gain));
     a->Visit(MakeNameValue("moment_integral_gain", &moment_integral_gain));
     a->Visit(MakeNameValue("moment_damping", &moment_damping));
+    a->Visit(
+        MakeNameValue("max_proportional_moment", &max_proportional_moment));
     a->Visit(MakeNameValue("max_integral_moment", &max_integral_moment));
     a->Visit(MakeNameValue("force_speed_limit", &force_speed_limit));
     a->Visit(MakeNameValue("moment_speed_limit", &moment_speed_limit));
@@ -125,6 +143,7 @@ struct OperationalSpaceControllerParams {
     a->Visit(MakeNameValue("q_rest", &q_rest));
     a->Visit(MakeNameValue("posture_stiffness", &posture_stiffness));
     a->Visit(MakeNameValue("posture_damping", &posture_damping));
+    a->Visit(MakeNameValue("posture_speed_limit", &posture_speed_limit));
     a->Visit(MakeNameValue("max_mass", &max_mass));
     a->Visit(MakeNameValue("characteristic_length", &characteristic_length));
     a->Visit(MakeNameValue("joint_limits", &joint_limits));
@@ -221,17 +240,19 @@ struct OperationalSpaceControllerState {
 /** Unified force/motion control of a 7-joint arm in operational space, eq. (10)
 to (17), in six degrees of freedom:
 
-    a   = Omega_m   (-Kpm dx_m   - Kvm (v - v_p) + a_p)          linear
-        ; Omega_rot (-Kp  dphi_m - Kv  (w - w_p) + alpha_p)      angular
+    a   = Omega_m   (-[Kpm dx_m] - Kvm (v - v_p) + a_p)          linear
+        ; Omega_rot (-[Kp dphi_m] - Kv (w - w_p) + alpha_p)      angular
     F_f, M_f by ForceLoop                                        eq. (13)
     tau = J^T (Lambda (a - Jdot v) + [F_f; M_f]) + C v - g + N^T tau_0
     N^T tau_0 = A u - J^T Lambda J u,   u = Kq (q_rest - q) - Dq v
 
 with Omega_m = I - Omega_b, Omega_rot = I - Omega_b,tau (the blended
-selections), v_p and a_p the limited proxy's velocity and acceleration
-(feed_forward). Joint-space C v - g and the term in Jdot v account for mu and p
-of eq. (14) exactly: without contact and F_f the tool point accelerates by a,
-whatever the posture does.
+selections), [.] bounded to Kvm motion_speed_limit (Kv rotation_speed_limit) if
+these are given, v_p and a_p the limited proxy's velocity and acceleration
+(feed_forward). Kq (q_rest - q) is bounded to Dq posture_speed_limit alike.
+Joint-space C v - g and the term in Jdot v account for mu and p of eq. (14)
+exactly: without contact and F_f the tool point accelerates by a, whatever the
+posture does.
 
 Towards a joint's end or its largest speed the acceleration that the command
 asks of it is limited (JointLimits), while the other joints keep theirs; what a

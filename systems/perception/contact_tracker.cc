@@ -25,8 +25,10 @@ constexpr double kEntryTime = 0.02;        // s: the approach's speed is gone.
 constexpr double kSettlingTime = 0.05;     // s: no drop by velocity before.
 constexpr double kDepartureTime = 0.5;     // s: until a departure is forgotten.
 constexpr double kDeparted = 3e-4;         // m: beyond its noise it is clear.
-constexpr double kLightLevel = 0.11;       // of loss_force: not even lightly,
 constexpr double kLightWay = 5e-4;         // m: having moved on by this.
+constexpr double kMemoryTime = 1;          // s: a lost normal is remembered,
+constexpr double kMemoryStd = 0.1;         // rad: this well,
+constexpr double kMemoryAngle = 0.5;       // rad: where one is as near.
 constexpr double kPressed = 4;             // times loss_force: not lightly.
 constexpr double kConflictTime = 0.03;     // s: of motion along a normal.
 constexpr double kSettledSlide = 0.002;    // m: the normal is known by then.
@@ -151,6 +153,7 @@ void ContactTracker::Update(const Vector3d& force_in,
   const Vector3d velocity = Shortened(velocity_in, 1e6);
   NoteSinking(force, velocity, state);
   Explain(force, velocity, state);
+  state->lost_time += period_;
   if (state->count > 0) {
     double forces[kMaxContacts]{};
     double total = 0;
@@ -408,14 +411,12 @@ bool ContactTracker::DropLost(const Vector3d& velocity, const Vector3d& command,
                          period_ * velocity.dot(contact.normal);
       contact.way = departure_decay_ * contact.way + period_ * speed;
       const double share = CalcLossShare(contact, command);
-      // Where it has moved on, a force is sensed, and commanded, that is at
-      // least a little one.
+      // Where it has moved on, a force into the surface is sensed, and
+      // commanded, on average.
       const double moved = std::clamp(contact.way / kLightWay - 1, 0.0, 1.0);
       const double pushed =
           std::max(command.dot(contact.normal), -2 * params_.loss_force);
-      const double light =
-          moved * lost_rate_ *
-          (kLightLevel * params_.loss_force - 0.5 * (contact.force + pushed));
+      const double light = -0.5 * moved * lost_rate_ * (contact.force + pushed);
       change = std::max(share * change, light);
     } else {
       contact.departed = contact.way = 0;
@@ -516,6 +517,13 @@ void ContactTracker::AddFound(const Vector3d& force, const Vector3d& velocity,
     contact.prior = prior.normals->col(expected) / (prior.std * prior.std);
     normal = (normal / (std * std) + contact.prior).normalized();
     std = 1 / std::sqrt(1 / (std * std) + 1 / (prior.std * prior.std));
+  } else if (count == 0 && state->lost_time < kMemoryTime &&
+             normal.dot(state->lost_normal) > std::cos(kMemoryAngle)) {
+    // It was lost, and is met again: at little force friction and noise would
+    // tilt the normal, and the tool would slide off along it.
+    normal = state->lost_normal;
+    std = kMemoryStd;
+    contact.impulse.setZero();
   }
   // Make room: what is there keeps every other particle, or two in three.
   for (int i = 0; i < count; ++i) {
@@ -586,6 +594,8 @@ void ContactTracker::Remove(int index, const ContactParticles& particles,
   }
   state->count = count - 1;
   if (state->count == 0) {
+    state->lost_normal = state->contacts[index].normal;
+    state->lost_time = 0;
     state->contacts[0] = {};
     return;
   }

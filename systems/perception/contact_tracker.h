@@ -105,6 +105,9 @@ struct ContactTrackerState {
   double entry_speed{0};
   /** 0 to 1: how much of the contact slides. */
   double sliding{0};
+  /** The normal of the last contact that was lost, in B, and s since then. */
+  Eigen::Vector3d lost_normal{Eigen::Vector3d::Zero()};
+  double lost_time{0};
   /** N: size of the force, smoothed. */
   double force{0};
   /** m/s: how fast the tool may be sinking into what gives. */
@@ -144,7 +147,8 @@ likelihood. Where no more than a small force is commanded a small force counts
 only as far as the tool has moved along the normal: a hand may rest lightly on a
 surface, and what holds the tool in place is there, however hard it is pressed.
 When it has moved on in any direction, what is sensed and what is commanded must
-still be a little force, on average. Then each contact's particles
+still push into the surface, on average. One that is met again soon starts from
+the normal that it had. Then each contact's particles
 
     move      as far as surfaces turn in the distance that was slid,
     weight    1 / (1 + <rho,v>^2 / 3 sigma_v^2) exp(-|e|^2 / 2 sigma_f^2)

@@ -52,6 +52,7 @@ ForceTorqueAdapterState ForceTorqueAdapter::MakeState() const noexcept {
 }
 
 void ForceTorqueAdapter::NoteMotion(const Vector3d& com,
+                                    const std::optional<Vector3d>& velocity,
                                     State* state) const noexcept {
   if (state->com_samples > 0) {
     state->com_periods = std::min(state->com_periods + 1, kLongestHold + 1);
@@ -60,20 +61,25 @@ void ForceTorqueAdapter::NoteMotion(const Vector3d& com,
       state->com_samples = 1;
       state->inertial_force -= gain_ * state->inertial_force;
     }
-    if (com == state->com) return;
+    if (velocity ? *velocity == state->com_velocity : com == state->com) return;
     if (!held) {
       const double time = state->com_periods * params_.period;
-      const Vector3d velocity = (com - state->com) / time;
+      const Vector3d v =
+          velocity ? *velocity : Vector3d((com - state->com) / time);
       if (state->com_samples == 2) {
-        const Vector3d acceleration = (velocity - state->com_velocity) / time;
+        const Vector3d acceleration = (v - state->com_velocity) / time;
         state->inertial_force +=
             gain_ * (params_.tool_mass * acceleration - state->inertial_force);
       }
-      state->com_velocity = velocity;
+      state->com_velocity = v;
       state->com_samples = 2;
     }
   } else {
     state->com_samples = 1;
+  }
+  if (velocity) {
+    state->com_velocity = *velocity;
+    state->com_samples = 2;
   }
   state->com = com;
   state->com_periods = 0;
@@ -111,7 +117,7 @@ void ForceTorqueAdapter::Tare(const Vector6d& net, bool at_rest,
 void ForceTorqueAdapter::Update(const ForceTorqueAdapterInput& input,
                                 State* state) const noexcept {
   if (!input.measured.allFinite() || !IsValidPose(input.X_BE) ||
-      !input.p_SE.allFinite()) {
+      !input.p_SE.allFinite() || (input.v_BE && !input.v_BE->allFinite())) {
     ++state->bad_inputs;
     state->com_samples = 0;
     state->inertial_force.setZero();
@@ -124,11 +130,17 @@ void ForceTorqueAdapter::Update(const ForceTorqueAdapterInput& input,
   }
   state->outage = 0;
   const Eigen::Matrix3d& R_BS = input.X_BE.R;
-  const Vector3d com = input.X_BE.p + R_BS * (params_.tool_com - input.p_SE);
-  const bool at_rest =
-      state->com_samples > 0 &&
-      (com - state->com).norm() < params_.tare_speed * params_.period;
-  NoteMotion(com, state);
+  const Vector3d p_EC = R_BS * (params_.tool_com - input.p_SE);
+  const Vector3d com = input.X_BE.p + p_EC;
+  std::optional<Vector3d> velocity;
+  if (input.v_BE) {
+    const Vector3d w = input.v_BE->tail<3>();
+    velocity = input.v_BE->head<3>() + w.cross(p_EC);
+  }
+  const double speed =
+      velocity ? velocity->norm() : (com - state->com).norm() / params_.period;
+  const bool at_rest = state->com_samples > 0 && speed < params_.tare_speed;
+  NoteMotion(com, velocity, state);
 
   // What the arm has to exert on the tool though nothing touches it.
   const Vector3d carried =

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include <Eigen/Core>
 
@@ -62,6 +63,10 @@ struct ForceTorqueAdapterInput {
   tool, as the sensor gives it. */
   Eigen::Matrix<double, 6, 1> measured{Eigen::Matrix<double, 6, 1>::Zero()};
   Pose X_BE;  ///< Of the tool point.
+  /** [linear; angular], m/s and rad/s, in B: of the tool point, if it is known.
+  Without, it is taken from the poses, which then have to come at the sample
+  period or at a whole multiple of it. */
+  std::optional<Eigen::Matrix<double, 6, 1>> v_BE{};
   /** m, in S: tool point. */
   Eigen::Vector3d p_SE{Eigen::Vector3d::Zero()};
   /** Asks for the bias to be learned anew when it becomes true. The tool is to
@@ -111,9 +116,10 @@ environment, in this project's sign: INTO the surface that the tool pushes on.
     F_B = R_BS (f - f_bias) + m g_B - m a_com
     M_B = R_BS (m - m_bias) + p_com x (m g_B - m a_com) - p_SE x F_B   (about E)
 
-The tool's acceleration follows from its last three places: the model knows
-where its mass is. Poses that come less often than samples are taken as of when
-they change, up to ten samples; after that they say nothing of acceleration.
+The tool's acceleration follows from its last two velocities, or, where these
+are not given, from its last three places: the model knows where its mass is.
+Those that come less often than samples are taken as of when they change, up to
+ten samples; after that they say nothing of acceleration.
 (The moment that turns the tool about its own centre of mass
 is left; it is less than a sensor's noise.)
 
@@ -141,7 +147,9 @@ class ForceTorqueAdapter {
               State* state) const noexcept;
 
  private:
-  void NoteMotion(const Eigen::Vector3d& com, State* state) const noexcept;
+  void NoteMotion(const Eigen::Vector3d& com,
+                  const std::optional<Eigen::Vector3d>& velocity,
+                  State* state) const noexcept;
   void Tare(const Eigen::Matrix<double, 6, 1>& net, bool at_rest,
             State* state) const noexcept;
 

@@ -31,6 +31,29 @@ VirtualSpringParams MomentSpring(const RobotSideProxyParams& params) {
   return spring;
 }
 
+/** s: for how long at most the proxy catches up, and m, m/s, rad, rad/s: where
+it has. */
+constexpr double kCatchUpTime = 2;
+constexpr double kMet = 1e-3;
+constexpr double kMetSpeed = 0.01;
+constexpr double kMetAngle = 0.01;
+constexpr double kMetAngularSpeed = 0.1;
+
+TrajectoryLimiterParams CatchUpLimits(const RobotSideProxyParams& params) {
+  TrajectoryLimiterParams limits = params.limiter;
+  limits.max_acceleration *= params.catch_up_share;
+  limits.max_angular_acceleration *= params.catch_up_share;
+  return limits;
+}
+
+bool HasMet(const MovingPose& target, const TrajectoryLimiterState& limiter) {
+  return (target.pose.p - limiter.pose.p).norm() < kMet &&
+         (target.velocity.head<3>() - limiter.v).norm() < kMetSpeed &&
+         LogRotation(target.pose.R * limiter.pose.R.transpose()).norm() <
+             kMetAngle &&
+         (target.velocity.tail<3>() - limiter.w).norm() < kMetAngularSpeed;
+}
+
 const RobotSideProxyParams& Validated(const RobotSideProxyParams& params) {
   params.Validate();
   return params;
@@ -54,6 +77,7 @@ void RobotSideProxyParams::Validate() const {
   ThrowUnlessNonNegative(who, "max_motion_error", max_motion_error);
   ThrowUnlessInRange(who, "max_distance", max_distance, Open(0),
                      ArmLimits{}.proxy_distance);
+  ThrowUnlessInRange(who, "catch_up_share", catch_up_share, Open(0), 1);
   ThrowUnlessPositive(who, "period", period);
   if (limiter.period != period) {
     ThrowInvalidField(who, "limiter.period", "the value of `period`",
@@ -67,6 +91,7 @@ RobotSideProxy::RobotSideProxy(RobotSideProxyParams params)
       workspace_(params_.workspace),
       interpolator_(params_.interpolator),
       limiter_(params_.limiter),
+      catch_up_limiter_(CatchUpLimits(params_)),
       monitor_(params_.link),
       force_spring_(ForceSpring(params_)),
       moment_spring_(MomentSpring(params_)) {}
@@ -88,9 +113,17 @@ void RobotSideProxy::MoveProxy(double time, const Eigen::Vector3d& p_BE,
       target.pose.p = workspace_.Clamp(target.pose.p);
       target.velocity.head<3>().setZero();
     }
-    limiter_.Update(target.pose, target.velocity, &state->limiter);
+    TrajectoryLimiterState& limiter = state->limiter;
+    if (state->catch_up_time < kCatchUpTime) {
+      catch_up_limiter_.Update(target.pose, target.velocity, &limiter);
+      state->catch_up_time += params_.period;
+      if (HasMet(target, limiter)) state->catch_up_time = kCatchUpTime;
+    } else {
+      limiter_.Update(target.pose, target.velocity, &limiter);
+    }
   } else {
     limiter_.Stop(&state->limiter);
+    state->catch_up_time = 0;
   }
   RobotSideProxyOutput& output = state->output;
   output.proxy_pose = state->limiter.pose;

@@ -41,6 +41,9 @@ struct RobotSideProxyParams {
   /// follow, the proxy waits; a robot that leaves its proxy in force space is
   /// held by F_r, which max_force then bounds no more.
   double max_distance{0.15};
+  /// (0, 1]: share of the limiter's accelerations that the proxy uses until it
+  /// has met the device's poses, when these come for the first time or again.
+  double catch_up_share{1.0};
   /// How F_r and M_r start in a new direction.
   Handover handover{Handover::kBumpless};
   double period{0.001};  ///< Time between two calls of Update(), s, > 0.
@@ -65,6 +68,7 @@ struct RobotSideProxyParams {
     a->Visit(MakeNameValue("moment_rate", &moment_rate));
     a->Visit(MakeNameValue("max_motion_error", &max_motion_error));
     a->Visit(MakeNameValue("max_distance", &max_distance));
+    a->Visit(MakeNameValue("catch_up_share", &catch_up_share));
     VisitEnum(a, "RobotSideProxyParams", "handover", &handover);
     a->Visit(MakeNameValue("period", &period));
   }
@@ -109,6 +113,9 @@ struct RobotSideProxyOutput {
 /** Memory of the robot side; `output` holds the last tick's outputs. */
 struct RobotSideProxyState {
   bool initialized{false};  ///< True once a robot pose has been seen.
+  /// How long the proxy has been catching up with the device's poses, s; a
+  /// large value once it has met them.
+  double catch_up_time{0};
   PoseInterpolatorState interpolator;  ///< Of the mapped device poses, in B.
   LinkMonitorState link;
   TrajectoryLimiterState limiter;
@@ -137,7 +144,8 @@ The link:
   direction, the proxy, which lies F_r / k_vir_r inside the surface, is taken
   out to the robot along it: dx_m does not press again. Status kLost.
 - When messages come, for the first time or again, the proxy goes to them
-  through the limiter, and F_r follows at its rate limit: no jump.
+  through the limiter, until it has met them (or for 2 s) with catch_up_share of
+  its accelerations, and F_r follows at its rate limit: no jump.
 
 While the sensor is not ready the robot holds its place, as without a link.
 
@@ -175,6 +183,7 @@ class RobotSideProxy {
   WorkspaceLimits workspace_;
   PoseInterpolator interpolator_;
   TrajectoryLimiter limiter_;
+  TrajectoryLimiter catch_up_limiter_;
   LinkMonitor monitor_;
   VirtualSpring force_spring_;
   VirtualSpring moment_spring_;

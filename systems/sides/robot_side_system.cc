@@ -136,6 +136,7 @@ void RobotSideSystem::Step(const Context& context, Memory* memory) const {
   if (sensor_ && time > 0) {
     sensor_->Update({.measured = get_input_port(2).Eval(context),
                      .X_BE = input.X_BE,
+                     .v_BE = memory->side.output.v_BE,
                      .p_SE = p_SE_,
                      .tare = EvalFlag(get_input_port(5), context, false)},
                     &memory->sensor);

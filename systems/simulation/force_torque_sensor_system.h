@@ -16,6 +16,7 @@ input_ports:
 - reaction
 - robot_pose
 - tare
+- robot_velocity
 output_ports:
 - sensed_wrench
 - ready
@@ -28,6 +29,9 @@ Input ports:
 - `robot_pose`, abstract RigidTransformd: X_BE.
 - `tare`, 1: asks for the bias to be learned anew when it comes to exceed 0.5
   (optional).
+- `robot_velocity`, 6: [linear; angular], m/s, rad/s, in B: of the tool point
+  (optional: where poses do not come at a whole multiple of the period, the
+  tool's inertia can not be told from them).
 
 Output ports:
 - `sensed_wrench`, 6: [force; moment] at E, N, N m, in the base frame B, of the
@@ -53,6 +57,9 @@ class ForceTorqueSensorSystem final : public Face<ForceTorqueSensorState> {
     return get_input_port(1);
   }
   const InputPort& get_tare_input_port() const { return get_input_port(2); }
+  const InputPort& get_robot_velocity_input_port() const {
+    return get_input_port(3);
+  }
   const OutputPort& get_sensed_wrench_output_port() const {
     return get_output_port(0);
   }

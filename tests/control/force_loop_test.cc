@@ -218,6 +218,16 @@ TEST_F(ForceLoopTest, CopyContinuesAlikeWithoutAllocation) {
             a);
 }
 
+// A phantom of 50 N would ask for 120 N, which no arm turns round in time.
+TEST_F(ForceLoopTest, ProportionalForceIsBounded) {
+  const ForceLoop dut(
+      {.integral_gain = 0, .max_proportional_force = 20, .filter_cutoff = 0});
+  ForceLoopState state = dut.MakeState();
+  const Vector3d force = dut.Update(Vector3d(0, 0, 2), Vector3d(0, 0, 50),
+                                    Vector3d::Zero(), kAlongZ, kAlongZ, &state);
+  EXPECT_DOUBLE_EQ(force.z(), 2 - dut.params().max_proportional_force);
+}
+
 TEST_F(ForceLoopTest, InvalidParamsNameTheField) {
   const auto error = [](auto set) {
     ForceLoopParams params;
@@ -234,6 +244,8 @@ TEST_F(ForceLoopTest, InvalidParamsNameTheField) {
   EXPECT_EQ(error([](P& p) { p.integral_gain = -1; }),
             negative("integral_gain"));
   EXPECT_EQ(error([](P& p) { p.damping = -1; }), negative("damping"));
+  EXPECT_EQ(error([](P& p) { p.max_proportional_force = -1; }),
+            negative("max_proportional_force"));
   EXPECT_EQ(error([](P& p) { p.max_integral_force = -1; }),
             negative("max_integral_force"));
   EXPECT_EQ(error([](P& p) { p.integral_delay = -1; }),

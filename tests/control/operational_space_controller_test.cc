@@ -491,6 +491,11 @@ TEST_F(OperationalSpaceControllerTest, InvalidParamsNameTheField) {
   negative("force_gain", &P::force_gain);
   negative("force_integral_gain", &P::force_integral_gain);
   negative("force_damping", &P::force_damping);
+  negative("motion_speed_limit", &P::motion_speed_limit);
+  negative("rotation_speed_limit", &P::rotation_speed_limit);
+  negative("posture_speed_limit", &P::posture_speed_limit);
+  negative("max_proportional_force", &P::max_proportional_force);
+  negative("max_proportional_moment", &P::max_proportional_moment);
   negative("max_integral_force", &P::max_integral_force);
   negative("moment_gain", &P::moment_gain);
   negative("moment_integral_gain", &P::moment_integral_gain);

@@ -151,7 +151,7 @@ class MetricsTest : public testing::Test {
 TEST_F(MetricsTest, KeysAreAllOfTheTableInOrder) {
   const Metrics metrics = ComputeMetrics(log_, params_);
   ASSERT_EQ(metrics.size(), MetricDescriptions().size());
-  EXPECT_EQ(metrics.size(), 36u);
+  EXPECT_EQ(metrics.size(), 37u);
   for (std::size_t i = 0; i < metrics.size(); ++i) {
     EXPECT_EQ(metrics[i].first, MetricDescriptions()[i].key);
   }

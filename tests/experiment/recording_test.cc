@@ -236,7 +236,7 @@ std::string Rest(int count, double interval, int row = 0, double jump = 0) {
 TEST_F(RecordingTest, WhatNoHandDoesIsRefused) {
   const std::string unit =
       ": remove the row if it is wrong, or give the unit if it is not m "
-      "(--recording-units mm; operator.recording_units)";
+      "(--recording-units mm or cm; operator.recording_units)";
   EXPECT_EQ(ErrorOf(Rest(100, 0.02, 57, 5)),
             ", row 57: the hand moves by 5 m in 0.02 s (250 m/s), expected at "
             "most 3 m/s" +
@@ -255,8 +255,13 @@ TEST_F(RecordingTest, WhatNoHandDoesIsRefused) {
   EXPECT_EQ(ErrorOf(Rest(100, 20)),
             ", row 2, column 't': rows are 20 s apart (median), expected "
             "0.0001 to 0.2 s (10 kHz to 5 Hz): times must be in s, not in ms");
-  EXPECT_NE(ErrorOf(Rest(20000, 0.9e-4)).find("rows are 9e-05 s apart"),
+  EXPECT_EQ(ErrorOf(Rest(20000, 0.9e-4)),
+            ", row 2, column 't': rows are 9e-05 s apart (median), expected "
+            "0.0001 to 0.2 s (10 kHz to 5 Hz): leave rows out");
+  EXPECT_NE(ErrorOf(Rest(100, 0.25)).find(": sample it faster"),
             std::string::npos);
+  Write(Rest(100, 0.2));
+  EXPECT_NO_THROW(Read());
   EXPECT_EQ(ErrorOf(Table("t,px,py,pz", "", 12, "8.65,1,0.12,0.5")),
             ", row 12, column 't': a gap of 0.55 s, expected at most 0.5 s: "
             "fill it, or cut the recording there");
@@ -400,7 +405,7 @@ TEST(PlaceRecordingTest, AMotionThatIsLargerIsRefusedWithAScaleThatFits) {
       "farthest there and would be shrunk to 0.3077 of its size to fit "
       "the device's workspace, expected at least 0.5: scale it "
       "(--recording-scale 0.3; operator.recording_scale), or give the "
-      "unit if it is not m (--recording-units mm; "
+      "unit if it is not m (--recording-units mm or cm; "
       "operator.recording_units)");
   // What a reader does that was asked for the scale.
   Recording scaled = MakeRecording(0.325);

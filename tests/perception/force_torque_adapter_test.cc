@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/perception/force_torque_adapter.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -82,6 +83,30 @@ TEST_F(ForceTorqueAdapterTest, PosesThatComeInStepsAreNoJolts) {
     dut.Update(input_, &state);
     ASSERT_LT(state.wrench.norm(), 1e-6) << i;
   }
+}
+
+// The state of a plant that steps every 1.5 ms, read every 1 ms: the poses are
+// 0, 1, 1, 2, ... steps apart, and only the velocity tells how fast that is.
+TEST_F(ForceTorqueAdapterTest, TheVelocityTellsWhatUnevenPosesDoNot) {
+  constexpr double kSpeed = 0.2;
+  constexpr double kAcceleration = 2;
+  const ForceTorqueAdapter dut(params_);
+  ForceTorqueAdapterState state = dut.MakeState();
+  const double start = input_.X_BE.p.x();
+  input_.measured =
+      Measure(Vector3d::Zero(), kAcceleration * Vector3d::UnitX());
+  double worst = 0;
+  for (int i = 0; i < 500; ++i) {
+    const double t = 0.0015 * std::floor(i / 1.5);
+    input_.X_BE.p.x() = start + kSpeed * t + 0.5 * kAcceleration * t * t;
+    Vector6d v_BE = Vector6d::Zero();
+    v_BE(0) = kSpeed + kAcceleration * t;
+    input_.v_BE = v_BE;
+    dut.Update(input_, &state);
+    if (i > 3) worst = std::max(worst, state.wrench.head<3>().norm());
+  }
+  // An acceleration is at most half as large again, as it seems to take 1 ms.
+  EXPECT_LT(worst, 0.51 * params_.tool_mass * kAcceleration);
 }
 
 TEST_F(ForceTorqueAdapterTest, PosesThatAreMissingAreNoJolts) {

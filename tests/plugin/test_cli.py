@@ -2,6 +2,7 @@
 import json
 import os
 import pickle
+import re
 import resource
 import signal
 import sys
@@ -102,17 +103,26 @@ def run_cli(capsys, *arguments):
         (["run", "plane", "--recording-units", "inch"], "invalid choice: 'inch'"),
         (["run", "plane", "--recording-scale", "0"], r"recording_scale: expected a"),
         (["run", "plane", "--fast"], "unrecognized arguments: --fast"),
+        (["run", "plane", "--out", ""], "argument --out: expected a folder, got ''"),
+        (
+            ["bench", "filter", "--quick", "--out", ""],
+            "argument --out: expected a folder",
+        ),
         (["run", "plane", "--out", __file__], "test_cli.py: Not a directory"),
         (["run", "plane", "--out", f"{__file__}/a"], "/a: Not a directory"),
     ],
 )
-def test_bad_input_is_one_clear_line_and_status_2(capsys, station, arguments, message):
+def test_bad_input_is_one_clear_line_and_status_2(
+    capsys, station, tmp_path, monkeypatch, arguments, message
+):
+    monkeypatch.chdir(tmp_path)
     status, out, err = run_cli(capsys, *arguments)
     assert status == 2
     assert out == ""
     assert err.count("\n") == 1
     assert "error: " in err
     assert message in err
+    assert not list(tmp_path.iterdir())
 
 
 def test_list_names_each_scenario(capsys):
@@ -330,12 +340,17 @@ def test_signals_while_saving(capsys, station, tmp_path, monkeypatch, numbers, s
         )
 
 
-def test_interrupt_elsewhere_is_one_line(capsys, monkeypatch):
+@pytest.mark.parametrize("place", ["_parser", "list_scenarios"])
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")],
+)
+def test_interrupt_elsewhere_is_one_line(capsys, monkeypatch, place, number, text):
     def interrupt():
-        os.kill(os.getpid(), signal.SIGTERM)
+        os.kill(os.getpid(), number)
 
-    monkeypatch.setattr(cli, "list_scenarios", interrupt)
-    assert run_cli(capsys, "list") == (3, "", "dual-proxy: error: terminated\n")
+    monkeypatch.setattr(cli, place, interrupt)
+    assert run_cli(capsys, "list") == (3, "", f"dual-proxy: error: {text}\n")
 
 
 def broken_pipe():
@@ -478,6 +493,16 @@ def test_run_takes_a_scenario_and_leaves_it_alone(station):
     assert result.scenario.duration == 2.0
     assert len(seen) == 20
     assert seen[-1] == (2.0, 2.0)
+
+
+@pytest.mark.parametrize("wrong", [3, None, b"plane", ["plane"]])
+def test_what_is_no_scenario_is_refused(wrong):
+    expected = (
+        "scenario: expected a scenario's name, the path of a YAML file or a Scenario, "
+        f"got {wrong!r}"
+    )
+    with pytest.raises(TypeError, match=f"^{re.escape(expected)}$"):
+        run(wrong)
 
 
 def test_arguments_win_over_overrides(station):

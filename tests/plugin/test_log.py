@@ -55,6 +55,26 @@ def test_signal_gives_back_what_went_in(frame):
         np.testing.assert_array_equal(signal(frame, name), expected)
 
 
+@pytest.mark.parametrize("loaded", [False, True])
+def test_no_value_can_be_changed_except_in_a_copy(frame, tmp_path, loaded):
+    if loaded:
+        save_log(frame, tmp_path / "log.npz")
+        frame = load_log(tmp_path / "log.npz")
+    before = frame.copy()
+    for column in range(len(frame.columns)):
+        with pytest.raises(ValueError, match="read-only"):
+            frame.iloc[0, column] = 1
+    pd.testing.assert_frame_equal(frame, before, check_exact=True)
+    before.iloc[0, :] = 1
+    assert (before.iloc[0] == 1).all()
+
+
+def test_a_log_leaves_the_arrays_that_it_is_made_of_writable():
+    values = random_values()
+    make_frame(np.arange(50) * 1e-3, values)
+    assert all(array.flags.writeable for array in values.values())
+
+
 def test_matrices_and_scalars_come_in_their_natural_shape():
     values = random_values()
     values["force_selection"] = values["force_selection"].reshape(-1, 3, 3)
@@ -218,6 +238,7 @@ def test_a_damaged_log_is_refused(frame, tmp_path):
 def test_mcap_holds_every_signal(frame, tmp_path):
     from mcap.reader import make_reader
 
+    frame = frame.copy()
     frame.loc[frame.index[2], "torque_3"] = np.nan
     path = tmp_path / "log.mcap"
     write_mcap(frame, path)

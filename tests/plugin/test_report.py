@@ -128,7 +128,7 @@ def test_text_from_the_scenario_is_escaped(scenario, make_log):
 
 
 def test_values_that_are_not_finite_are_drawn_as_gaps(scenario, make_log):
-    log = make_log(scenario)
+    log = make_log(scenario).copy()
     log.iloc[5000:5100, :40] = np.nan
     log.iloc[6000, 50] = np.inf
     check(render_report(log, compute_metrics(log, scenario), scenario))

@@ -306,7 +306,13 @@ _MADE_AND_FED = {
     ),
     "ForceTorqueSensor": (
         lambda: systems.ForceTorqueSensor(sensor_params(), P_SE, PARAMS["sensor_seed"]),
-        {"reaction": wrench, "robot_pose": robot_pose, "tare": tare},
+        {
+            "reaction": wrench,
+            "robot_pose": robot_pose,
+            "tare": tare,
+            # Slow enough for a tare.
+            "robot_velocity": wave(0.002, 0.0, 0.001, 0.0, 0.01, 0.0),
+        },
     ),
     "SimulatedHapticDevice": (
         lambda: systems.SimulatedHapticDevice(operator_path(), device_params()),

@@ -270,6 +270,7 @@ TEST(AlgorithmTest, ForceTorqueSensor) {
         if (time > 0) {
           algorithm.Update({.measured = in.at("reaction"),
                             .X_BE = PoseFromFlat(in.at("robot_pose")),
+                            .v_BE = in.at("robot_velocity"),
                             .p_SE = params.p_SE,
                             .tare = in.at("tare")(0) > 0.5},
                            &state);
@@ -411,11 +412,15 @@ TEST(WiringTest, SimulatedSensorInFrontOfARobotSide) {
                   side->get_sensed_wrench_input_port());
   builder.Connect(sensor->get_ready_output_port(),
                   side->get_sensor_ready_input_port());
+  auto* kinematics = builder.AddSystem<ArmKinematicsSystem>(params.arm);
+  builder.Connect(kinematics->get_robot_velocity_output_port(),
+                  sensor->get_robot_velocity_input_port());
   builder.ExportInput(sensor->get_reaction_input_port(), "reaction");
   for (const char* name : {"haptic_message", "robot_state", "force_selection",
                            "moment_selection"}) {
     builder.ExportInput(side->GetInputPort(name), name);
   }
+  builder.ConnectInput("robot_state", kinematics->get_robot_state_input_port());
   builder.ExportInput(sensor->get_tare_input_port(), "tare");
   for (int i = 0; i < side->num_output_ports(); ++i) {
     builder.ExportOutput(side->get_output_port(i));

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 from face_table import FACES, Source, added
+from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -61,10 +62,28 @@ def test_the_error_names_system_port_and_types(face, port, wrong):
     expected = VALUES[port.type]
     with pytest.raises(
         TypeError,
-        match=f"dut: input port `{port.name}` expected {type(expected).__name__}, "
-        f"got {type(VALUES[wrong]).__name__}",
+        match=f"^dut: input port `{port.name}` expected {type(expected).__name__}, "
+        f"got {type(VALUES[wrong]).__name__}$",
     ):
         simulator.AdvanceTo(0.05)
+
+
+def test_the_error_names_a_system_without_a_name_by_its_class():
+    dut = FACES["HapticSideProxy"].make()
+    context = dut.CreateDefaultContext()
+    for name, function in FACES["HapticSideProxy"].sources.items():
+        value = function(0.0)
+        if name == "robot_message":
+            value = dp.ForceMessage()
+        if not isinstance(value, np.ndarray):
+            value = AbstractValue.Make(value)
+        dut.GetInputPort(name).FixValue(context, value)
+    with pytest.raises(
+        TypeError,
+        match=r"^HapticSideProxy: input port `robot_message` expected PoseMessage, "
+        r"got ForceMessage$",
+    ):
+        dut.get_output_port(0).Eval(context)
 
 
 @pytest.mark.parametrize("message", [dp.ForceMessage, "PoseMessage", np.zeros(3)])

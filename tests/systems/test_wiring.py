@@ -119,6 +119,7 @@ class Separate:
         builder.Connect(self.hold.get_output_port(), scene.actuation_port)
         builder.Connect(controller.GetOutputPort("torque"), self.hold.get_input_port())
         connect(reaction, "reaction", sensor, "reaction")
+        connect(kinematics, "robot_velocity", sensor, "robot_velocity")
         for system, port in (
             (sensor, "robot_pose"),
             (proxy, "robot_pose"),

@@ -256,8 +256,9 @@ def typed(port: InputPort, context: Context, kind: type) -> Any:
     """
     value = port.Eval(context)
     if not isinstance(value, kind):
+        system = port.get_system()
         raise TypeError(
-            f"{port.get_system().GetSystemPathname()}: input port "
+            f"{system.get_name() or type(system).__name__}: input port "
             f"`{port.get_name()}` expected {kind.__name__}, got {type(value).__name__}"
         )
     return value

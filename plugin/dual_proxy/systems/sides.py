@@ -318,6 +318,7 @@ class RobotSide(_Side):
                 self._p_SE,
                 hardware,
                 flag(self._flag, context, False),
+                _core.RobotSide.calc_twist(terms.J_BE, x[NUM_JOINTS:]),
             )
         torque: Vector = side.output.torque
         return torque

@@ -31,6 +31,9 @@ class ForceTorqueSensor(Face):
     - robot_pose      # RigidTransform X_BE
     - tare            # 1, asks for the bias to be learned anew when it comes to
                       # exceed 0.5 (optional)
+    - robot_velocity  # 6, [linear; angular], m/s, rad/s, in B: of the tool point
+                      # (optional: where poses do not come at a whole multiple of
+                      # the period, the tool's inertia can not be told from them)
     output_ports:
     - sensed_wrench   # 6, [force; moment], N, N m, in B, at E: of the robot on
                       # its environment; zero while the bias is being learned
@@ -70,6 +73,7 @@ class ForceTorqueSensor(Face):
         self._reaction = self.DeclareVectorInputPort("reaction", 6)
         self._pose = self._declare_pose_input("robot_pose")
         self._tare = self.DeclareVectorInputPort("tare", 1)
+        self._velocity = self.DeclareVectorInputPort("robot_velocity", 6)
         period = self._sensor.params.period
         self._declare_memory(self._sensor.make_state(seed), period)
         self._declare_vector_output("sensed_wrench", 6, lambda state: state.wrench)
@@ -89,6 +93,7 @@ class ForceTorqueSensor(Face):
             self._p_SE,
             state,
             flag(self._tare, context, False),
+            self._velocity.Eval(context) if self._velocity.HasValue(context) else None,
         )
 
 
