@@ -906,6 +906,8 @@ def both_ways(name, sources):
             (front, "sensed_wrench", side),
             (front, "ready", side, "sensor_ready"),
         ]
+        kinematics = systems.ArmKinematics.add_to(builder, panda())
+        links.append((kinematics, "robot_velocity", front))
         more = "sensed_wrench"
         counted = ("counters", "sensor_counters")
     else:
@@ -926,6 +928,10 @@ def both_ways(name, sources):
         target = front if port in ("reaction", "tare") else side
         source = builder.AddSystem(Source(function))
         builder.Connect(source.get_output_port(), target.GetInputPort(port))
+        if port == "robot_state":
+            builder.Connect(
+                source.get_output_port(), kinematics.GetInputPort("robot_state")
+            )
     for i in range(side.num_output_ports()):
         port = side.get_output_port(i)
         builder.ExportOutput(port, port.get_name())
