@@ -30,6 +30,7 @@ constexpr double kMemoryTime = 1;          // s: a lost normal is remembered,
 constexpr double kMemoryStd = 0.1;         // rad: this well,
 constexpr double kMemoryAngle = 0.5;       // rad: where one is as near.
 constexpr double kPressed = 4;             // times loss_force: not lightly.
+constexpr double kWithdrawn = 0.5;         // times loss_force: pulled away.
 constexpr double kConflictTime = 0.03;     // s: of motion along a normal.
 constexpr double kSettledSlide = 0.002;    // m: the normal is known by then.
 constexpr double kTilt = 0.12;             // rad: usual tilt by friction.
@@ -387,9 +388,15 @@ double ContactTracker::CalcLossShare(const TrackedContact& contact,
   const double departed = std::abs(contact.departed) -
                           CalcStd(contact) * contact.way - departure_noise_;
   // Without the contact a force loop commands a multiple of its reference.
-  const double pressed =
-      command.dot(contact.normal) / (kPressed * params_.loss_force + 1e-9) - 1;
-  return std::clamp(std::max(departed / kDeparted, pressed), 0.0, 1.0);
+  const double commanded =
+      command.dot(contact.normal) / (params_.loss_force + 1e-9);
+  const double pressed = commanded / kPressed - 1;
+  // Nobody asks for a contact that is pulled away from. What is sensed beside
+  // it cancels some of the noise that a force loop feeds back.
+  const double withdrawn =
+      -(commanded + contact.force / params_.loss_force) / kWithdrawn - 0.5;
+  return std::clamp(std::max({departed / kDeparted, pressed, withdrawn}), 0.0,
+                    1.0);
 }
 
 bool ContactTracker::DropLost(const Vector3d& velocity, const Vector3d& command,

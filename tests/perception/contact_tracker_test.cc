@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -349,6 +350,22 @@ TEST(ContactTrackerTest, LightContactStaysUntilItIsLeft) {
       }
       EXPECT_LE(updates, 10) << pressed << " N, seed " << seed;
     }
+  }
+}
+
+// Who commands the tool away, and feels nothing, has no contact any more.
+TEST(ContactTrackerTest, AContactThatIsPulledAwayFromIsLost) {
+  const ForceSpaceParticleFilter dut(MakeParams(100));
+  for (const auto& [command, is_lost] : {std::pair{-1.0, true}, {0.1, false}}) {
+    ForceSpaceParticleFilterState state = dut.MakeState(1);
+    for (int i = 0; i < 20; ++i) {
+      dut.Update(3 * kDown, kZero, kZero, 3 * kDown, &state);
+    }
+    ASSERT_EQ(state.dimension, 1);
+    for (int i = 0; i < 10; ++i) {
+      dut.Update(kZero, kZero, kZero, command * kDown, &state);
+    }
+    EXPECT_EQ(state.dimension, is_lost ? 0 : 1) << command << " N";
   }
 }
 
