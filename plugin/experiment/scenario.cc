@@ -307,17 +307,22 @@ void Scenario::CheckAgainstNoise(const std::string& section,
                                  double noise) const {
   const double samples = std::max(1.0, params.period / sensor.period);
   const double mean_noise = noise / std::sqrt(samples);
-  const bool paper = params.likelihood == Likelihood::kPaper;
-  const double threshold = paper ? params.resampling_thresholds.force_high
-                                 : params.friction_cone.contact_force;
-  if (threshold >= kNoiseMargin * mean_noise) return;
-  throw ScenarioError(
-      Join(name, ".", section,
-           paper ? ".resampling_thresholds.force_high"
-                 : ".friction_cone.contact_force",
-           ": expected at least ", kNoiseMargin,
-           " times the sensor's noise, averaged over the filter's period (",
-           kNoiseMargin * mean_noise, "), got ", threshold));
+  // Rounded: 3 x 0.2 is a bit more than 0.6.
+  const double least = std::round(kNoiseMargin * mean_noise * 1e9) / 1e9;
+  const auto check = [&](const char* key, double threshold) {
+    if (threshold >= least) return;
+    throw ScenarioError(
+        Join(name, ".", section, ".", key, ": expected at least ", kNoiseMargin,
+             " times the sensor's noise, averaged over the filter's period (",
+             least, "), got ", threshold));
+  };
+  if (params.likelihood == Likelihood::kPaper) {
+    check("update_thresholds.force_high", params.update_thresholds.force_high);
+    check("resampling_thresholds.force_high",
+          params.resampling_thresholds.force_high);
+  } else {
+    check("friction_cone.contact_force", params.friction_cone.contact_force);
+  }
 }
 
 void Scenario::CheckWaypoints() const {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "dual_proxy/common/validate.h"
@@ -101,6 +102,40 @@ void SolveLowerTransposedInPlace(const Eigen::Matrix<double, n, n>& L,
     for (int j = i + 1; j < n; ++j) (*x)(i) -= L(j, i) * (*x)(j);
     (*x)(i) /= L(i, i);
   }
+}
+
+/** The change of the joints' accelerations that is `change` in the limited
+joints and leaves the tool to its task as far as the others can make up for it:
+its place before its orientation. Of all such changes the one of the least
+kinetic energy. @param L Cholesky factor of the mass matrix. */
+Vector7 CalcCorrection(const Matrix7& L, const Matrix67& J_BE,
+                       const std::array<bool, 7>& is_limited,
+                       const Vector7& change) noexcept {
+  // 1/kg and 1/(kg m^2): how soft a demand is, beside the tool's mobility.
+  constexpr double kPlace = 1e-3;
+  constexpr double kOrientation = 1;
+  // Rows that are to be zero or `change`; a row of zeros asks for nothing.
+  Eigen::Matrix<double, 13, 7> C = Eigen::Matrix<double, 13, 7>::Zero();
+  Eigen::Matrix<double, 13, 1> wanted = Eigen::Matrix<double, 13, 1>::Zero();
+  for (int i = 0; i < 7; ++i) {
+    if (!is_limited[i]) continue;
+    C(i, i) = 1;
+    wanted(i) = change(i);
+  }
+  C.bottomRows<6>() = J_BE;
+  Eigen::Matrix<double, 7, 13> X = C.transpose();
+  SolveLowerInPlace(L, &X);
+  Eigen::Matrix<double, 13, 13> S = X.transpose().lazyProduct(X);
+  for (int i = 0; i < 7; ++i) S(i, i) += is_limited[i] ? 1e-9 : 1;
+  for (int i = 7; i < 10; ++i) S(i, i) += kPlace;
+  for (int i = 10; i < 13; ++i) S(i, i) += kOrientation;
+  if (!FactorInPlace(&S)) return Vector7::Zero();
+  Eigen::Matrix<double, 13, 1> y = wanted;
+  SolveLowerInPlace(S, &y);
+  SolveLowerTransposedInPlace(S, &y);
+  Vector7 correction = X.lazyProduct(y);
+  SolveLowerTransposedInPlace(L, &correction);
+  return correction;
 }
 
 bool IsFinite(const ModelTerms& model) {
@@ -227,13 +262,30 @@ Vector7 OperationalSpaceController::CalcLimiting(
   if (!joint_limits_.IsNear(input.q, input.v)) return Vector7::Zero();
   Matrix7 L = input.model.mass;
   if (!FactorInPlace(&L)) return Vector7::Zero();
-  Vector7 acceleration = net;
-  SolveLowerInPlace(L, &acceleration);
-  SolveLowerTransposedInPlace(L, &acceleration);
-  const Vector7 limited = joint_limits_.Limit(input.q, input.v, acceleration);
-  if (limited == acceleration) return Vector7::Zero();
+  Vector7 asked = net;
+  SolveLowerInPlace(L, &asked);
+  SolveLowerTransposedInPlace(L, &asked);
+
+  // Joints are added until none of the others has to be limited, too.
+  std::array<bool, 7> is_limited{};
+  Vector7 acceleration = asked;
+  Vector7 correction = Vector7::Zero();
+  for (int count = 0; count < 7;) {
+    const Vector7 allowed = joint_limits_.Limit(input.q, input.v, acceleration);
+    const int before = count;
+    for (int i = 0; i < 7; ++i) {
+      if (is_limited[i] || allowed(i) == acceleration(i)) continue;
+      is_limited[i] = true;
+      ++count;
+    }
+    if (count == before) break;
+    const Vector7 end = joint_limits_.Limit(input.q, input.v, asked);
+    correction = CalcCorrection(L, input.model.J_BE, is_limited, end - asked);
+    acceleration = asked + correction;
+  }
+  if (correction.isZero(0)) return Vector7::Zero();
   ++state->joint_limited;
-  return input.model.mass * (limited - acceleration);
+  return input.model.mass * correction;
 }
 
 Vector7 OperationalSpaceController::Send(

@@ -255,8 +255,9 @@ exactly: without contact and F_f the tool point accelerates by a, whatever the
 posture does.
 
 Towards a joint's end or its largest speed the acceleration that the command
-asks of it is limited (JointLimits), while the other joints keep theirs; what a
-contact does to the arm is left out there. The torque is limited per joint to
+asks of it is limited (JointLimits), and the other joints make up for it as far
+as they can, for the tool's place before its orientation; what a contact does to
+the arm is left out there. The torque is limited per joint to
 torque_limit, and last of all in its rate, relative to the torque sent last,
 both with torque_margin; the first cycle starts at the gravity compensation.
 
