@@ -303,6 +303,7 @@ struct Scenario {
   The set is convex. */
   Eigen::VectorX<bool> Reachable(
       const Eigen::Ref<const Eigen::Matrix3Xd>& points) const;
+  /** Whether a point (m, in B) is over the table. */
   bool IsOverTable(const Eigen::Vector3d& p) const;
 
   /** Where the operator means the robot's tool to go: points in B, the

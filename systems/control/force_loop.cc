@@ -105,10 +105,8 @@ Vector3d ForceLoop::Update(const Vector3d& reference, const Vector3d& sensed,
                  params_.max_integral_force / params_.integral_gain);
   }
 
-  Vector3d proportional = params_.gain * error;
-  if (params_.max_proportional_force > 0) {
-    proportional = Saturate(proportional, params_.max_proportional_force);
-  }
+  const Vector3d proportional =
+      SaturateUnlessZero(params_.gain * error, params_.max_proportional_force);
   Vector3d feedback = -(blended * (proportional + params_.damping * velocity)) -
                       params_.integral_gain * state->integral + state->released;
   feedback += CalcBraking(reference + feedback, blended * velocity,

@@ -34,13 +34,6 @@ ForceLoopParams MakeForceLoopParams(
 
 namespace {
 
-/** `pull` of a spring, bounded to what `damping` answers at `speed`, if that is
-given. */
-Vector3d BoundPull(const Vector3d& pull, double damping,
-                   double speed) noexcept {
-  return speed > 0 ? Saturate(pull, damping * speed) : pull;
-}
-
 ForceLoopParams MakeMomentLoopParams(
     const OperationalSpaceControllerParams& params) {
   ForceLoopParams loop{.gain = params.moment_gain,
@@ -266,6 +259,7 @@ Vector7 OperationalSpaceController::CalcLimiting(
   SolveLowerInPlace(L, &asked);
   SolveLowerTransposedInPlace(L, &asked);
 
+  const Vector7 change = joint_limits_.Limit(input.q, input.v, asked) - asked;
   // Joints are added until none of the others has to be limited, too.
   std::array<bool, 7> is_limited{};
   Vector7 acceleration = asked;
@@ -279,8 +273,7 @@ Vector7 OperationalSpaceController::CalcLimiting(
       ++count;
     }
     if (count == before) break;
-    const Vector7 end = joint_limits_.Limit(input.q, input.v, asked);
-    correction = CalcCorrection(L, input.model.J_BE, is_limited, end - asked);
+    correction = CalcCorrection(L, input.model.J_BE, is_limited, change);
     acceleration = asked + correction;
   }
   if (correction.isZero(0)) return Vector7::Zero();
@@ -353,12 +346,14 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
     acceleration = input.proxy_acceleration;
   }
   acceleration.head<3>() -=
-      BoundPull(params_.position_stiffness * input.motion_error,
-                params_.position_damping, params_.motion_speed_limit) +
+      SaturateUnlessZero(
+          params_.position_stiffness * input.motion_error,
+          params_.position_damping * params_.motion_speed_limit) +
       params_.position_damping * velocity_error.head<3>();
   acceleration.tail<3>() -=
-      BoundPull(params_.rotation_stiffness * input.rotation_error,
-                params_.rotation_damping, params_.rotation_speed_limit) +
+      SaturateUnlessZero(
+          params_.rotation_stiffness * input.rotation_error,
+          params_.rotation_damping * params_.rotation_speed_limit) +
       params_.rotation_damping * velocity_error.tail<3>();
   acceleration.head<3>() -= Omega_f * acceleration.head<3>().eval();
   acceleration.tail<3>() -= Omega_tau * acceleration.tail<3>().eval();
@@ -376,8 +371,8 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
 
   // Torque: eq. (14) to (17).
   Vector7 posture = params_.posture_stiffness * (params_.q_rest - input.q);
-  if (params_.posture_speed_limit > 0) {
-    const double pull = params_.posture_damping * params_.posture_speed_limit;
+  const double pull = params_.posture_damping * params_.posture_speed_limit;
+  if (pull > 0) {
     posture = posture.cwiseMax(-pull).cwiseMin(pull).eval();
   }
   posture -= params_.posture_damping * input.v;

@@ -388,13 +388,13 @@ double ContactTracker::CalcLossShare(const TrackedContact& contact,
   const double departed = std::abs(contact.departed) -
                           CalcStd(contact) * contact.way - departure_noise_;
   // Without the contact a force loop commands a multiple of its reference.
-  const double commanded =
-      command.dot(contact.normal) / (params_.loss_force + 1e-9);
+  const double unit = params_.loss_force + 1e-9;  // It may be 0.
+  const double commanded = command.dot(contact.normal) / unit;
   const double pressed = commanded / kPressed - 1;
   // Nobody asks for a contact that is pulled away from. What is sensed beside
   // it cancels some of the noise that a force loop feeds back.
   const double withdrawn =
-      -(commanded + contact.force / params_.loss_force) / kWithdrawn - 0.5;
+      -(commanded + contact.force / unit) / kWithdrawn - 0.5;
   return std::clamp(std::max({departed / kDeparted, pressed, withdrawn}), 0.0,
                     1.0);
 }

@@ -226,11 +226,8 @@ void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
   output.reference_force = state->force.reference;
   output.reference_moment = state->moment.reference;
 
-  output.motion_error = dx - Omega_f * dx;
-  if (params_.max_motion_error > 0.0) {
-    output.motion_error =
-        Saturate(output.motion_error, params_.max_motion_error);
-  }
+  output.motion_error =
+      SaturateUnlessZero(dx - Omega_f * dx, params_.max_motion_error);
   output.rotation_error = dphi - Omega_tau * dphi;
 }
 

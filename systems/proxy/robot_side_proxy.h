@@ -113,8 +113,8 @@ struct RobotSideProxyOutput {
 /** Memory of the robot side; `output` holds the last tick's outputs. */
 struct RobotSideProxyState {
   bool initialized{false};  ///< True once a robot pose has been seen.
-  /// How long the proxy has been catching up with the device's poses, s; a
-  /// large value once it has met them.
+  /// How long the proxy has been catching up with the device's poses, s, up to
+  /// 2; that, once it has met them.
   double catch_up_time{0};
   PoseInterpolatorState interpolator;  ///< Of the mapped device poses, in B.
   LinkMonitorState link;

@@ -22,4 +22,9 @@ Eigen::Vector3d Saturate(const Eigen::Vector3d& value,
   return value / norm * max_norm;
 }
 
+Eigen::Vector3d SaturateUnlessZero(const Eigen::Vector3d& value,
+                                   double max_norm) noexcept {
+  return max_norm > 0 ? Saturate(value, max_norm) : value;
+}
+
 }  // namespace dual_proxy

@@ -20,4 +20,8 @@ if `value` is not finite.
 Eigen::Vector3d Saturate(const Eigen::Vector3d& value,
                          double max_norm) noexcept;
 
+/** The same, but a max_norm of 0 is no bound. */
+Eigen::Vector3d SaturateUnlessZero(const Eigen::Vector3d& value,
+                                   double max_norm) noexcept;
+
 }  // namespace dual_proxy

@@ -359,6 +359,27 @@ TEST_F(OperationalSpaceControllerTest,
   }
 }
 
+// The pull of an error is at most what the damping answers at the limit;
+// without damping there is no such speed.
+TEST_F(OperationalSpaceControllerTest, ErrorsAreClosedNoFasterThanTheLimits) {
+  params_.motion_speed_limit = 0.5;
+  params_.rotation_speed_limit = 1;
+  OperationalSpaceControllerInput input = RandomInput();
+  input.v.setZero();
+  input.proxy_velocity.setZero();
+  input.proxy_acceleration.setZero();
+  input.motion_error = Vector3d(0.3, 0, 0.4);
+  input.rotation_error = Vector3d(0, 0.5, 0);
+  const auto pull = [&] {
+    const OperationalSpaceController dut(params_);
+    OperationalSpaceControllerState state = dut.MakeState();
+    return dut.Update(input, &state).motion_force;
+  };
+  EXPECT_LT((pull() + 40 * 0.5 * Vector3d(0.6, 0, 0.8)).norm(), 1e-9);
+  params_.position_damping = 0;
+  EXPECT_LT((pull() + 500 * input.motion_error).norm(), 1e-9);
+}
+
 TEST_F(OperationalSpaceControllerTest, RandomSweepStaysFinite) {
   const OperationalSpaceController dut{OperationalSpaceControllerParams{}};
   OperationalSpaceControllerState state = dut.MakeState();

@@ -594,6 +594,28 @@ TEST(ScenarioTest, ReachableIsOverTheTableAndWithinTheDevicesWorkspace) {
             std::vector<bool>({true, true, false, true, false, true, false}));
 }
 
+// 2300 x 0.001 is a bit more than 2.3: the last period would not be reached.
+TEST(ScenarioTest, TheLastPeriodBelongsToTheRun) {
+  Scenario dut = ValidScenario();
+  dut.extend_for_delay = false;
+  dut.duration = 2.3;
+  EXPECT_EQ(dut.CalcRunDuration(), 2300 * 0.001);
+  EXPECT_GT(dut.CalcRunDuration(), 2.3);
+  dut.duration = 2.3004;
+  EXPECT_EQ(dut.CalcRunDuration(), 2.3004);
+}
+
+TEST(ScenarioTest, ThePapersThresholdsAreAboveTheNoise) {
+  EXPECT_NE(ErrorAfter([](Scenario* s) {
+              s->filter.likelihood = Likelihood::kPaper;
+              s->filter.update_thresholds.force_low = 0;
+              s->filter.update_thresholds.force_high = 0.1;
+            })
+                .find("tiny.filter.update_thresholds.force_high: expected at "
+                      "least 3 times the sensor's noise"),
+            std::string::npos);
+}
+
 TEST(ScenarioTest, RunIsLongEnoughForALateRelease) {
   Scenario dut = ValidScenario();
   const auto duration = [&dut](double motion_end) {

@@ -61,6 +61,13 @@ TEST(VectorRateLimiterTest, RandomStepsAreBoundedAndArrive) {
   }
 }
 
+TEST(VectorRateLimiterTest, ABoundOfZeroIsNoneWhereThatIsSaid) {
+  const Vector3d value(3, 0, 4);
+  EXPECT_TRUE(Saturate(value, 0).isZero(0));
+  EXPECT_EQ(SaturateUnlessZero(value, 0), value);
+  EXPECT_EQ(SaturateUnlessZero(value, 1), Saturate(value, 1));
+}
+
 TEST(VectorRateLimiterTest, DoesNotAllocate) {
   Vector3d value(1, 2, 3);
   ScopedNoAlloc guard;
