@@ -9,13 +9,7 @@ void BindBaselines(py::module_& m) {
   using State = PositionForceHapticSideState;
   BindParams<Params>(m, "PositionForceHapticSideParams",
                      "Parameters of PositionForceHapticSide.")
-      .Field("map", &Params::map, "only its R_DB matters")
-      .Field("link", &Params::link, "link monitor")
-      .Field("force_scale", &Params::force_scale,
-             "share of the robot's force that the hand feels, >= 0, default "
-             "0.4")
-      .Field("max_force", &Params::max_force,
-             "bound on the force on the hand, N, >= 0, default 12");
+      .Fields();
   BindState<State>(m, "PositionForceHapticSideState",
                    "State and output of PositionForceHapticSide.")
       .def_property_readonly(

@@ -29,20 +29,7 @@ void BindPassivity(py::module_& m) {
   BindParams<P>(m, "TimeDomainPassivityParams",
                 "Parameters of TimeDomainPassivity; for moments N m s/rad "
                 "instead of N s/m.")
-      .Field("enabled", &P::enabled,
-             "false: energy is observed, nothing is injected; default true")
-      .Field("initial_energy", &P::initial_energy,
-             "J, [0, max_energy]: spent before damping begins, default 0.002")
-      .Field("max_energy", &P::max_energy,
-             "J, > 0: cap of the observed energy, default 0.002")
-      .Field("max_damping", &P::max_damping,
-             "N s/m, >= 0: injected when no energy is left, default 500")
-      .Field("damping_margin", &P::damping_margin,
-             "N s/m, [0, max_damping]: dissipation demanded on balance, "
-             "default 150")
-      .Field("actuation_delay", &P::actuation_delay,
-             "periods, 0 to 7: from command to its acting, default 1")
-      .Field("period", &P::period, "s, > 0, default 0.001");
+      .Fields();
   BindState<TimeDomainPassivityState>(m, "TimeDomainPassivityState",
                                       "Memory of TimeDomainPassivity.")
       .def_readonly("energy", &TimeDomainPassivityState::energy, "J")
@@ -76,10 +63,7 @@ void BindPassivity(py::module_& m) {
 void BindSelectionBlend(py::module_& m) {
   using P = SelectionBlendParams;
   BindParams<P>(m, "SelectionBlendParams", "Parameters of SelectionBlend.")
-      .Field("blend_time", &P::blend_time,
-             "s, >= 0: in which a new selection takes over; 0 switches at "
-             "once, default 0.03")
-      .Field("period", &P::period, "s, > 0, default 0.001");
+      .Fields();
   BindState<SelectionBlendState>(m, "SelectionBlendState",
                                  "Memory of SelectionBlend.")
       .def_readonly("blended", &SelectionBlendState::blended, kCopy,
@@ -108,13 +92,7 @@ void BindJointLimits(py::module_& m) {
   using P = JointLimitsParams;
   BindParams<P>(m, "JointLimitsParams",
                 "Parameters of JointLimits; the defaults are the Panda's.")
-      .Field("lower", &P::lower, "(7,), rad: each joint's lower end")
-      .Field("upper", &P::upper, "(7,), rad: each joint's upper end")
-      .Field("speed", &P::speed, "(7,), rad/s, > 0: each joint's largest speed")
-      .Field("position_margin", &P::position_margin,
-             "rad, >= 0: kept free at both ends, default 0.05")
-      .Field("speed_margin", &P::speed_margin,
-             "[0, 1): share of `speed` kept free, default 0.1");
+      .Fields();
   py::class_<JointLimits>(
       m, "JointLimits",
       "Keeps joints within their ends and speeds by damping that sets in "
@@ -138,23 +116,7 @@ void BindForceLoop(py::module_& m) {
   using P = ForceLoopParams;
   BindParams<P>(m, "ForceLoopParams",
                 "Parameters of ForceLoop; for moments N m and N m s/rad.")
-      .Field("gain", &P::gain, "Kpf, >= 0, default 2.5")
-      .Field("integral_gain", &P::integral_gain, "Kif, 1/s, >= 0, default 5.5")
-      .Field("damping", &P::damping, "Kvf, N s/m, >= 0, default 20")
-      .Field("max_proportional_force", &P::max_proportional_force,
-             "N, >= 0, 0 is none: bound on |Kpf e|, default 0")
-      .Field("max_integral_force", &P::max_integral_force,
-             "N, >= 0: bound of the integral's force, default 10")
-      .Field("integral_delay", &P::integral_delay,
-             "s, >= 0: before a new contact is integrated, default 0")
-      .Field("speed_limit", &P::speed_limit,
-             "m/s, > 0: how fast the loop may move the tool, default 0.1")
-      .Field("filter_cutoff", &P::filter_cutoff,
-             "Hz, >= 0: low-pass on the sensed force, 0 is off, default 100")
-      .Field("release_time", &P::release_time,
-             "s, >= 0: in which a cut-off integral fades, default 0.03")
-      .Field("passivity", &P::passivity, "its period is ignored")
-      .Field("period", &P::period, "s, > 0, default 0.001");
+      .Fields();
   BindState<ForceLoopState>(m, "ForceLoopState", "Memory of ForceLoop.")
       .def_readonly("sensed", &ForceLoopState::sensed, kCopy,
                     "(3,), N, filtered F_s")
@@ -188,83 +150,7 @@ void BindOperationalSpaceController(py::module_& m) {
   using P = OperationalSpaceControllerParams;
   BindParams<P>(m, "OperationalSpaceControllerParams",
                 "Parameters of OperationalSpaceController.")
-      .Field("position_stiffness", &P::position_stiffness,
-             "Kpm, 1/s^2, >= 0, default 500")
-      .Field("position_damping", &P::position_damping,
-             "Kvm, 1/s, >= 0, default 40")
-      .Field("rotation_stiffness", &P::rotation_stiffness,
-             "1/s^2, >= 0, default 600")
-      .Field("rotation_damping", &P::rotation_damping, "1/s, >= 0, default 38")
-      .Field("motion_speed_limit", &P::motion_speed_limit,
-             "m/s, >= 0, 0 is none: how fast an error of position may be "
-             "closed, default 0, in scenarios 0.5")
-      .Field("rotation_speed_limit", &P::rotation_speed_limit,
-             "rad/s, >= 0: likewise of orientation, default 0, in scenarios 1")
-      .Field("force_gain", &P::force_gain, "Kpf, >= 0, default 2.5")
-      .Field("force_integral_gain", &P::force_integral_gain,
-             "Kif, 1/s, >= 0, default 5.5")
-      .Field("force_damping", &P::force_damping, "Kvf, N s/m, >= 0, default 20")
-      .Field("max_proportional_force", &P::max_proportional_force,
-             "N, >= 0, 0 is none: bound on |Kpf e|, default 0, in scenarios "
-             "20")
-      .Field("max_integral_force", &P::max_integral_force,
-             "N, >= 0, default 10")
-      .Field("force_integral_delay", &P::force_integral_delay,
-             "s, >= 0: before forces and moments of a new contact are "
-             "integrated, default 0, in scenarios 0.1")
-      .Field("moment_gain", &P::moment_gain, ">= 0, default 2.5")
-      .Field("moment_integral_gain", &P::moment_integral_gain,
-             "1/s, >= 0, default 5.5")
-      .Field("moment_damping", &P::moment_damping,
-             "N m s/rad, >= 0, default 0.8")
-      .Field("max_proportional_moment", &P::max_proportional_moment,
-             "N m, >= 0, 0 is none, default 0, in scenarios 1")
-      .Field("max_integral_moment", &P::max_integral_moment,
-             "N m, >= 0, default 1")
-      .Field("force_speed_limit", &P::force_speed_limit,
-             "m/s, > 0: how fast the tool may move in force space by the "
-             "loop's own doing, default 0.1")
-      .Field("moment_speed_limit", &P::moment_speed_limit,
-             "rad/s, > 0: likewise in moment space, default 1")
-      .Field("force_filter_cutoff", &P::force_filter_cutoff,
-             "Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100")
-      .Field("feed_forward", &P::feed_forward,
-             "proxy's velocity and acceleration fed forward; false: as "
-             "printed; default true")
-      .Field("selection_blend_time", &P::selection_blend_time,
-             "s, >= 0; 0 switches at once, as printed; default 0.03")
-      .Field("passivity", &P::passivity,
-             "passivity controllers on; default true")
-      .Field("force_passivity", &P::force_passivity,
-             "of the force loop; its enabled and period are ignored")
-      .Field("moment_passivity", &P::moment_passivity,
-             "of the moment loop; its enabled and period are ignored")
-      .Field("unit_mass_motion_force", &P::unit_mass_motion_force,
-             "output motion_force is Lambda^-1 F_m; false: F_m as printed; "
-             "default true")
-      .Field(
-          "unit_inertia_motion_moment", &P::unit_inertia_motion_moment,
-          "output motion_moment is the command of a unit inertia; false: M_m, "
-          "N m; default false")
-      .Field("q_rest", &P::q_rest, "(7,), rad: posture in the null space")
-      .Field("posture_stiffness", &P::posture_stiffness,
-             "1/s^2, >= 0, default 25")
-      .Field("posture_damping", &P::posture_damping, "1/s, >= 0, default 10")
-      .Field(
-          "posture_speed_limit", &P::posture_speed_limit,
-          "rad/s, >= 0, 0 is none: how fast a joint may take up its posture, "
-          "default 0, in scenarios 0.5")
-      .Field("max_mass", &P::max_mass,
-             "kg, > 0: bound of the apparent mass, default 50, in scenarios 25")
-      .Field("characteristic_length", &P::characteristic_length,
-             "m, > 0: turns inertia into mass for max_mass, default 0.2")
-      .Field("joint_limits", &P::joint_limits, "JointLimitsParams")
-      .Field("torque_limit", &P::torque_limit, "(7,), N m, > 0")
-      .Field("torque_rate_limit", &P::torque_rate_limit,
-             "N m/s, > 0, default 1000")
-      .Field("torque_margin", &P::torque_margin,
-             "[0, 1): share of both torque limits kept free, default 0.05")
-      .Field("period", &P::period, "s, > 0, default 0.001");
+      .Fields();
 
   using O = OperationalSpaceControllerOutput;
   BindState<O>(m, "OperationalSpaceControllerOutput",
@@ -459,11 +345,7 @@ void BindArmModel(py::module_& m) {
 void BindHapticController(py::module_& m) {
   using P = HapticControllerParams;
   BindParams<P>(m, "HapticControllerParams", "Parameters of HapticController.")
-      .Field("force_damping", &P::force_damping,
-             "Kvf_h, N s/m, >= 0, default 27")
-      .Field("max_force", &P::max_force, "N, >= 0, default 12")
-      .Field("max_moment", &P::max_moment, "N m, >= 0, default 0")
-      .Field("period", &P::period, "s, > 0, default 0.001");
+      .Fields();
   BindState<HapticControllerState>(m, "HapticControllerState",
                                    "Memory of HapticController.")
       .def_readonly("bad_inputs", &HapticControllerState::bad_inputs,

@@ -160,24 +160,7 @@ void BindFilterTrial(py::module_& m) {
                      "not here: the scene's\norientation, details of the path, "
                      "stiffness of contact and controller, the tool's\nradius, "
                      "the noise, and when the first update is.")
-      .Field("scene", &Params::scene,
-             "\"free\", \"plane\", \"cylinder\", \"inner_corner\", "
-             "\"step_edge\", \"still\", \"grazing\" or \"soft\", default "
-             "\"plane\"")
-      .Field("drive", &Params::drive,
-             "\"closed_loop\" (point robot with the filter's selections), "
-             "\"true_selection\" (with the true ones, 20 ms late) or "
-             "\"kinematic\" (no dynamics), default \"closed_loop\"")
-      .Field("friction", &Params::friction, "mu, 0 to 2, default 0.3")
-      .Field("speed", &Params::speed, "m/s, > 0: of sliding, default 0.05")
-      .Field("force", &Params::force, "N, > 0: of pressing, default 6")
-      .Field("force_noise", &Params::force_noise,
-             "N, >= 0: std per axis on each update's mean, default 0.2")
-      .Field("velocity_noise", &Params::velocity_noise,
-             "m/s, >= 0: likewise, default 0.0005")
-      .Field("hold_time", &Params::hold_time,
-             "s, >= 0: of pressing still, default 0.7")
-      .Field("seed", &Params::seed, ">= 0, default 0");
+      .Fields();
   BindTrial(m);
   BindTrialMetrics(m);
   m.attr("_FILTER_TRIAL_SCENES") = EnumNames<FilterTrialScene>();

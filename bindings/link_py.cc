@@ -165,12 +165,7 @@ py::class_<MessageSenderState<Message>> BindSenderState(py::module_& m,
 
 void BindSenders(py::module_& m) {
   using P = PoseSenderParams;
-  BindParams<P>(m, "PoseSenderParams", "Parameters of a sender.")
-      .Field("rate", &P::rate, "Hz, in (0, 1/period], default 50")
-      .Field("average", &P::average,
-             "send the mean since the last message, not the newest sample, "
-             "default true")
-      .Field("period", &P::period, "s, > 0, between samples, default 0.001");
+  BindParams<P>(m, "PoseSenderParams", "Parameters of a sender.").Fields();
   BindSenderState<PoseMessage>(m, "PoseSenderState");
   BindSenderState<ForceMessage>(m, "ForceSenderState");
   py::class_<PoseSender>(
@@ -262,14 +257,7 @@ void BindLinkMonitor(py::module_& m) {
       .value("LOST", LinkStatus::kLost, "Silent for longer than the timeout.")
       .finalize();
   using P = LinkMonitorParams;
-  BindParams<P>(m, "LinkMonitorParams", "Parameters of LinkMonitor.")
-      .Field("timeout", &P::timeout,
-             "s, > 0: silence after which the link is lost, default 0.5")
-      .Field("max_age", &P::max_age,
-             "s, > 0: older messages are dropped, default 5")
-      .Field("spike_threshold", &P::spike_threshold,
-             "s, > 0: a message this much later than the fastest is a latency "
-             "spike, default 0.1");
+  BindParams<P>(m, "LinkMonitorParams", "Parameters of LinkMonitor.").Fields();
   using S = LinkMonitorState;
   BindState<S>(m, "LinkMonitorState", "State and counters of LinkMonitor.")
       .def_readonly("status", &S::status, "LinkStatus.")
@@ -315,13 +303,7 @@ void BindLink(py::module_& m) {
   using P = CommunicationChannelParams;
   BindParams<P>(m, "CommunicationChannelParams",
                 "Parameters of a simulated link, one way.")
-      .Field("delay", &P::delay, "s, one way, >= 0, default 0")
-      .Field("jitter", &P::jitter,
-             "s, >= 0: standard deviation of the normal whose absolute value "
-             "is added to the delay, default 0")
-      .Field("loss", &P::loss, "probability of loss, in [0, 1], default 0")
-      .Field("reordering", &P::reordering,
-             "whether a message may overtake another, default true");
+      .Fields();
   BindChannel<PoseMessage>(
       m, "CommunicationChannel", "CommunicationChannelState",
       "A link with delay, jitter, loss and reordering, one way, for "

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -256,15 +257,47 @@ py::dict FieldsDict(const py::object& self);
 /** Field by field, arrays element by element. */
 bool FieldsEqual(const py::object& self, const py::object& other);
 
-/** Collects the names that a Serialize() visits. */
-struct NamesArchive {
-  template <typename T>
-  void Visit(const NameValue<T>& field) {
-    names.append(field.name());
-  }
+/** A class of parameters. */
+template <typename T>
+inline constexpr bool kIsStruct =
+    std::is_class_v<T> && !kIsMatrix<T> && !kIsVector<T> &&
+    !std::is_same_v<T, std::string>;
 
-  py::list names;
-};
+/** "FooParams", "list of FooParams"; nothing for what is neither. */
+template <typename T>
+std::string StructText() {
+  if constexpr (kIsStruct<T>) {
+    return py::type::of<T>().attr("__name__").template cast<std::string>();
+  } else if constexpr (kIsVector<T>) {
+    return "list of " + StructText<typename T::value_type>();
+  } else {
+    return "";
+  }
+}
+
+/** "500", "[0, 1, 0]", "true", "printed"; nothing for what takes more than a
+line. */
+template <typename T>
+std::string DefaultText(const T& value) {
+  std::ostringstream text;
+  text << std::boolalpha;
+  if constexpr (std::is_enum_v<T>) {
+    text << '"' << EnumToString(value) << '"';
+  } else if constexpr (kIsMatrix<T>) {
+    if ((value.array() == value(0)).all()) {
+      text << value(0);
+    } else if (value.isIdentity(0)) {
+      text << "identity";
+    } else {
+      text << value.transpose().format({Eigen::StreamPrecision,
+                                        Eigen::DontAlignCols, ", ", "", "", "",
+                                        "[", "]"});
+    }
+  } else if constexpr (std::is_arithmetic_v<T>) {
+    text << value;
+  }
+  return text.str();
+}
 
 /** Deletes a Params object that Python owns. */
 struct ParamsDeleter {
@@ -278,9 +311,9 @@ struct ParamsDeleter {
 /** Binds a `...Params` struct: keyword constructor, read and write attributes
 (arrays, and lists as tuples, are read-only copies, to be changed by assigning
 the whole), `fields` (name -> doc), `validate()`, repr, equality, copy, deepcopy
-and pickle. `__fields__` (name and type of each) is the schema for Drake's
-yaml_load_typed() and yaml_dump_typed(). `_serialized_names` are what
-Serialize() visits, if there is one; a test holds them to `__fields__`. */
+and pickle. `__fields__` (of each field name, type, unit, range, default and
+meaning) is the schema for Drake's yaml_load_typed() and yaml_dump_typed(), and
+what docs/parameters.md is made of. */
 template <typename Params>
 class BindParams {
  public:
@@ -292,11 +325,6 @@ class BindParams {
       : class_(m, name, doc) {
     class_.attr("fields") = py::dict();
     class_.attr("__fields__") = py::list();
-    if constexpr (Serializable<Params>) {
-      NamesArchive archive;
-      Params().Serialize(&archive);
-      class_.attr("_serialized_names") = py::tuple(archive.names);
-    }
     class_
         .def(py::init([checked](const py::kwargs& kwargs) {
                Params params;
@@ -332,35 +360,25 @@ class BindParams {
     class_.attr("__hash__") = py::none();
   }
 
-  template <typename T>
-  BindParams& Field(const char* name, T Params::* member, const char* doc) {
-    AppendSchema(name, FieldType<T>());
-    return Attribute(name, member, doc);
+  /** Binds every field that Serialize() visits, with what it says of it. */
+  BindParams& Fields() {
+    return Fields([](Params* params, auto* a) { params->Serialize(a); });
   }
 
-  /** A field that holds Params whose keys stand directly in this struct's: they
-  are attributes of this one, too. */
+  /** Binds every field that `visit(&params, archive)` visits. */
+  template <typename Visit>
+  BindParams& Fields(const Visit& visit) {
+    Params prototype;
+    FieldBinder binder{.owner = this, .prototype = &prototype};
+    visit(&prototype, &binder);
+    return *this;
+  }
+
   template <typename T>
-  BindParams& EmbeddedField(const char* name, T Params::* member,
-                            const char* doc) {
-    for (const py::handle& field : py::type::of<T>().attr("__fields__")) {
-      const auto key = field.attr("name").template cast<std::string>();
-      AppendSchema(key.c_str(), field.attr("type"));
-      const std::string part = name;
-      class_.def_property(
-          key.c_str(),
-          [part, key](const py::object& self) {
-            return py::object(self.attr(part.c_str()).attr(key.c_str()));
-          },
-          [part, key](const py::object& self, const py::object& value) {
-            self.attr(part.c_str()).attr(key.c_str()) = value;
-          },
-          py::type::of<T>()
-              .attr("fields")[key.c_str()]
-              .template cast<std::string>()
-              .c_str());
-    }
-    return Attribute(name, member, doc);
+  BindParams& Field(const char* name, T Params::* member, const char* doc) {
+    AppendSchema(name, FieldType<T>(), {.meaning = doc});
+    return Attribute<T>(
+        name, [member](Params& self) -> T& { return self.*member; }, doc);
   }
 
   /** A field with an array of a shape of its own: `get(params)` returns a
@@ -368,57 +386,129 @@ class BindParams {
   template <typename Get, typename Set>
   BindParams& ArrayField(const char* name, const Get& get, const Set& set,
                          const char* doc) {
-    AppendSchema(name, FieldType<Eigen::VectorXd>());
-    return Property(name, get, set, doc);
+    AppendSchema(name, FieldType<Eigen::VectorXd>(), {.meaning = doc});
+    class_.attr("fields")[name] = doc;
+    Property(name, get, set, doc);
+    return *this;
   }
 
   Class& py_class() { return class_; }
 
  private:
-  void AppendSchema(const char* name, const py::object& type) {
+  // What documentation shows of a field.
+  struct Texts {
+    std::string unit{};
+    std::string range{};
+    std::string value{};
+    std::string meaning{};
+
+    // "N/m, >= 0: k_vir_r, default 500".
+    std::string Doc(const std::string& shape) const {
+      std::string doc;
+      for (const std::string& part : {shape, unit, range}) {
+        if (!part.empty()) doc += (doc.empty() ? "" : ", ") + part;
+      }
+      doc += (doc.empty() ? "" : ": ") + meaning;
+      return doc + (value.empty() ? "" : ", default " + value);
+    }
+  };
+
+  // An archive. A field is where it is in the prototype.
+  struct FieldBinder {
+    template <typename T>
+    void Visit(const FieldValue<T>& field) {
+      const auto& [range, unit, meaning] = field.notes();
+      Bind(field.name(), field.value(),
+           {.unit = unit,
+            .range = range ? RangeText(*range) : StructText<T>(),
+            .value = DefaultText(*field.value()),
+            .meaning = meaning});
+    }
+
+    template <typename Enum>
+    void VisitEnumField(const char* name, Enum* value, const char* meaning) {
+      Bind(name, value,
+           {.range = ExpectedEnum<Enum>(),
+            .value = DefaultText(*value),
+            .meaning = meaning});
+    }
+
+    // The struct is an attribute, and so are its fields, which alone are keys.
+    template <typename T>
+    void VisitEmbeddedField(const char* name, T* value, const char* meaning) {
+      const Texts texts{.range = StructText<T>(), .meaning = meaning};
+      owner->template Attribute<T>(name, Access(value), texts.Doc("").c_str());
+      embedded = true;
+      value->Serialize(this);
+      embedded = false;
+    }
+
+    template <typename T>
+    void Bind(const char* name, T* value, const Texts& texts) {
+      std::string shape;
+      if constexpr (kIsMatrix<T>) {
+        shape = FixedShape(T::RowsAtCompileTime, T::ColsAtCompileTime);
+      }
+      owner->AppendSchema(name, FieldType<T>(), texts);
+      owner->template Attribute<T>(name, Access(value),
+                                   texts.Doc(shape).c_str(), !embedded);
+    }
+
+    template <typename T>
+    auto Access(T* value) const {
+      const std::ptrdiff_t offset =
+          reinterpret_cast<char*>(value) - reinterpret_cast<char*>(prototype);
+      return [offset](Params& self) -> T& {
+        return *reinterpret_cast<T*>(reinterpret_cast<char*>(&self) + offset);
+      };
+    }
+
+    BindParams* owner{};
+    Params* prototype{};
+    bool embedded{false};
+  };
+
+  void AppendSchema(const char* name, const py::object& type,
+                    const Texts& texts) {
     using py::literals::operator""_a;
     class_.attr("__fields__")
         .attr("append")(py::module_::import("types").attr("SimpleNamespace")(
-            "name"_a = name, "type"_a = type));
+            "name"_a = name, "type"_a = type, "unit"_a = texts.unit,
+            "range"_a = texts.range, "default"_a = texts.value,
+            "meaning"_a = texts.meaning));
   }
 
-  template <typename T>
-  BindParams& Attribute(const char* name, T Params::* member, const char* doc) {
-    const auto set = [member, name](Params* self, const py::object& value) {
-      self->*member = FieldFromPython<T>(value, name);
+  // `access(params)` is the field.
+  template <typename T, typename Access>
+  BindParams& Attribute(const char* name, const Access& access, const char* doc,
+                        bool is_field = true) {
+    const auto set = [access, name](Params* self, const py::object& value) {
+      access(*self) = FieldFromPython<T>(value, name);
     };
-    if constexpr (std::is_enum_v<T>) {
-      return Property(
-          name,
-          [member](const Params& self) { return EnumToString(self.*member); },
-          set, doc);
-    } else if constexpr (kIsMatrix<T>) {
-      return Property(
-          name,
-          [member](const Params& self) {
-            return ReadOnly(py::array_t<double>(py::cast(T(self.*member))));
-          },
-          set, doc);
-    } else if constexpr (kIsVector<T>) {
-      return Property(
-          name, [member](const Params& self) { return AsTuple(self.*member); },
-          set, doc);
-    } else if constexpr (std::is_arithmetic_v<T> ||
-                         std::is_same_v<T, std::string>) {
-      return Property(
-          name, [member](const Params& self) { return self.*member; }, set,
-          doc);
+    const auto get = [access](Params& self) {
+      if constexpr (std::is_enum_v<T>) {
+        return EnumToString(access(self));
+      } else if constexpr (kIsMatrix<T>) {
+        return ReadOnly(py::array_t<double>(py::cast(T(access(self)))));
+      } else if constexpr (kIsVector<T>) {
+        return AsTuple(access(self));
+      } else {
+        return T(access(self));
+      }
+    };
+    if (is_field) class_.attr("fields")[name] = doc;
+    if constexpr (kIsStruct<T>) {
+      Property(name, access, set, doc,
+               py::return_value_policy::reference_internal);
     } else {
-      return Property(
-          name, [member](Params& self) -> T& { return self.*member; }, set, doc,
-          py::return_value_policy::reference_internal);
+      Property(name, get, set, doc);
     }
+    return *this;
   }
 
   template <typename Get, typename Set, typename... Extra>
-  BindParams& Property(const char* name, const Get& get, const Set& set,
-                       const char* doc, const Extra&... extra) {
-    class_.attr("fields")[name] = doc;
+  void Property(const char* name, const Get& get, const Set& set,
+                const char* doc, const Extra&... extra) {
     class_.def_property(
         name, get,
         [set, name](Params& self, const py::object& value) {
@@ -426,7 +516,6 @@ class BindParams {
           set(&self, value);
         },
         extra..., doc);
-    return *this;
   }
 
   Class class_;

@@ -156,28 +156,7 @@ void BindContactHistory(py::module_& m) {
   using State = ContactHistoryState;
 
   BindParams<Params>(m, "ContactHistoryParams", "Parameters of ContactHistory.")
-      .Field("period", &Params::period,
-             "s, > 0, time between updates, default 1/15")
-      .Field("cell_size", &Params::cell_size,
-             "m, 1e-4 to 1: edge of the cells in which normals are averaged, "
-             "default 0.02")
-      .Field("capacity", &Params::capacity,
-             "number of cells remembered, 1 to 1000000, default 1024")
-      .Field("radius", &Params::radius,
-             "m, 0 to 2 cell_size: how near a memory must be to count, default "
-             "0.02")
-      .Field("merge_angle", &Params::merge_angle,
-             "rad, 0.01 to 1.5: normals within it are one contact, default "
-             "0.175")
-      .Field("min_age", &Params::min_age,
-             "s, >= 0: a cell that was left more recently does not count, "
-             "default 2")
-      .Field("std_base", &Params::std_base,
-             "rad, > 0: how uncertain a memory of this very point is, default "
-             "0.1")
-      .Field("std_growth", &Params::std_growth,
-             "rad/m, >= 0: what is added per distance from the memory, default "
-             "10");
+      .Fields();
 
   const auto def = [](auto* cls, const char* name, auto member,
                       const char* doc) {
@@ -263,9 +242,9 @@ void BindContactHistory(py::module_& m) {
 
 void BindForceTorqueAdapter(py::module_& m) {
   using P = ForceTorqueAdapterParams;
-  BindParams<P> params(m, "ForceTorqueAdapterParams",
-                       "Parameters of ForceTorqueAdapter.");
-  AddForceTorqueAdapterFields(&params);
+  BindParams<P>(m, "ForceTorqueAdapterParams",
+                "Parameters of ForceTorqueAdapter.")
+      .Fields();
   using S = ForceTorqueAdapterState;
   BindState<S>(m, "ForceTorqueAdapterState",
                "What the adapter remembers, and its output.")
@@ -323,81 +302,18 @@ void BindPerception(py::module_& m) {
       m, "ForceSpaceParticleFilterThresholds",
       "Corners of the force and the velocity ramp of the likelihood, eq. (6) "
       "and (7).")
-      .Field("force_low", &Thresholds::force_low,
-             "f_l, N, >= 0: below it a contact is ruled out, default 0")
-      .Field("force_high", &Thresholds::force_high,
-             "f_h, N, > force_low: above it the force speaks fully for it, "
-             "default 3")
-      .Field("velocity_low", &Thresholds::velocity_low,
-             "v_l, m/s, >= 0: below it the velocity speaks fully for it, "
-             "default 0.001")
-      .Field("velocity_high", &Thresholds::velocity_high,
-             "v_h, m/s, > velocity_low: above it a contact is ruled out, "
-             "default 0.01");
+      .Fields();
 
   BindParams<FrictionConeParams>(m, "FrictionConeParams",
                                  "What likelihood \"friction_cone\" knows of "
                                  "sensors and surfaces; nothing "
                                  "is per update.")
-      .Field("force_noise", &FrictionConeParams::force_noise,
-             "sigma_f, N, > 0, of one input per axis, default 0.25")
-      .Field("velocity_noise", &FrictionConeParams::velocity_noise,
-             "sigma_v, m/s, > 0, likewise, default 0.0015")
-      .Field("sliding_speed", &FrictionConeParams::sliding_speed,
-             "m/s, > 0: half of it sticks, 1.5 times it slides, default 0.004")
-      .Field("max_friction", &FrictionConeParams::max_friction,
-             "mu, > 0, the most that is thought of, default 0.7")
-      .Field("contact_force", &FrictionConeParams::contact_force,
-             "N, > 0: a larger force speaks for a contact, default 0.6")
-      .Field("loss_force", &FrictionConeParams::loss_force,
-             "N, >= 0, < contact_force: a smaller one speaks against one that "
-             "was there, default 0.45")
-      .Field("compliance", &FrictionConeParams::compliance,
-             "m/N, >= 0: how much surface, tool and arm give, default 2e-4")
-      .Field(
-          "curvature", &FrictionConeParams::curvature,
-          "rad^2/m, >= 0: variance of the normal per metre of sliding, about "
-          "the axis across the motion, default 1")
-      .Field("torsion", &FrictionConeParams::torsion,
-             "rad^2/m, >= 0: about the direction of motion, default 0.05")
-      .Field("evidence", &FrictionConeParams::evidence,
-             "> 0: log likelihood ratio that adds or drops a contact, default "
-             "9");
+      .Fields();
 
   BindParams<Params>(m, "ForceSpaceParticleFilterParams",
                      "Parameters of ForceSpaceParticleFilter; the defaults are "
                      "the paper's where it gives a number.")
-      .Field("num_particles", &Params::num_particles,
-             "n_p, 2 to 100000, default 1000")
-      .Field("period", &Params::period,
-             "s, > 0, time between updates, default 1/15")
-      .Field("likelihood", &Params::likelihood,
-             "\"paper\" (eq. 6 to 8) or \"friction_cone\" (contacts with "
-             "friction), default \"friction_cone\"")
-      .Field("scatter_mean", &Params::scatter_mean,
-             "mean of the scatter per axis and update, -1 to 1, default 0")
-      .Field("scatter_std", &Params::scatter_std,
-             "standard deviation of the scatter per axis and update, 0 to 1, "
-             "default 0.025")
-      .Field("update_thresholds", &Params::update_thresholds,
-             "weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s")
-      .Field("resampling_thresholds", &Params::resampling_thresholds,
-             "weigh every particle, default 0, 3 N, 0.001, 0.01 m/s")
-      .Field("alpha_add", &Params::alpha_add,
-             "share of the largest singular value above which a direction is "
-             "added, in (0, 1), default 0.5")
-      .Field("alpha_remove", &Params::alpha_remove,
-             "share below which it is removed, in (0, alpha_add], default 0.1")
-      .Field("epsilon", &Params::epsilon,
-             "vectors no longer than this count as zero, 1e-12 to 0.1, default "
-             "1e-6")
-      .Field("prior_particles", &Params::prior_particles,
-             "particles that each prior normal adds to an update, 0 to 100000, "
-             "default 50")
-      .Field("prior_std", &Params::prior_std,
-             "rad, in (0, pi], how sure a prior is, default 0.1")
-      .Field("friction_cone", &Params::friction_cone,
-             "of likelihood \"friction_cone\"");
+      .Fields();
 
   auto state = BindState<State>(
       m, "ForceSpaceParticleFilterState",

@@ -17,15 +17,7 @@ void BindWorkspace(py::module_& m) {
   using P = WorkspaceMapParams;
   BindParams<P>(m, "WorkspaceMapParams",
                 "How the device's workspace lies in the robot's.")
-      .Field("R_DB", &P::R_DB,
-             "(3, 3), rotation from the robot base frame B to the device base "
-             "frame D, default identity")
-      .Field("p_cw", &P::p_cw,
-             "(3,), m, in B: robot position at the device's home, default 0")
-      .Field("R_cw", &P::R_cw,
-             "(3, 3), R_BE at the device's home, default identity")
-      .Field("scale", &P::scale,
-             "metres of the robot per metre of the device, > 0, default 2.5");
+      .Fields();
   py::class_<WorkspaceMap>(
       m, "WorkspaceMap",
       "The map between the device's and the robot's workspace, eq. (1)-(3).\n\n"
@@ -81,14 +73,7 @@ void BindWorkspace(py::module_& m) {
 
   using L = WorkspaceLimitsParams;
   BindParams<L>(m, "WorkspaceLimitsParams", "Where the robot proxy may go.")
-      .Field("shape", &L::shape,
-             "\"none\", \"box\", \"sphere\" or \"cylinder\" (about B's z), "
-             "default \"none\"")
-      .Field("center", &L::center, "(3,), m, in B, default 0")
-      .Field("half_size", &L::half_size,
-             "box: half of each side, (3,), m, >= 0, default 0.5")
-      .Field("radius", &L::radius, "sphere and cylinder: m, > 0, default 0.5")
-      .Field("half_height", &L::half_height, "cylinder: m, >= 0, default 0.5");
+      .Fields();
   py::class_<WorkspaceLimits>(m, "WorkspaceLimits",
                               "Keeps positions inside a convex workspace.")
       .def(py::init<const L&>(), py::arg("params") = L{})
@@ -129,13 +114,7 @@ void BindLimiters(py::module_& m) {
   using P = TrajectoryLimiterParams;
   BindParams<P>(m, "TrajectoryLimiterParams",
                 "Limits of the motion of the robot proxy, per axis of B.")
-      .Field("max_velocity", &P::max_velocity, "m/s, > 0, default 0.2")
-      .Field("max_acceleration", &P::max_acceleration, "m/s^2, > 0, default 10")
-      .Field("max_angular_velocity", &P::max_angular_velocity,
-             "rad/s, > 0, default 1")
-      .Field("max_angular_acceleration", &P::max_angular_acceleration,
-             "rad/s^2, > 0, default 20")
-      .Field("period", &P::period, "s, > 0, default 0.001");
+      .Fields();
   using S = TrajectoryLimiterState;
   BindState<S>(m, "TrajectoryLimiterState", "The limited motion, in B.")
       .def_property_readonly(
@@ -188,19 +167,7 @@ void BindVirtualSpring(py::module_& m) {
   using P = VirtualSpringParams;
   BindParams<P>(m, "VirtualSpringParams",
                 "Parameters of VirtualSpring; of moments with N m and rad.")
-      .Field("stiffness", &P::stiffness, "N/m, >= 0, default 500")
-      .Field("max_force", &P::max_force, "N, >= 0, default 20")
-      .Field("leash", &P::leash,
-             "m, >= 0, 0 is off: displacement beyond which max_force bounds no "
-             "more, default 0")
-      .Field("rate", &P::rate, "N/s, > 0, default 50")
-      .Field("handover", &P::handover,
-             "\"printed\" or \"bumpless\": how the force starts in a new "
-             "direction, default \"printed\"")
-      .Field("new_direction_angle", &P::new_direction_angle,
-             "rad, in (0, pi/2): from the last force space, beyond which a "
-             "direction is new, default pi/3")
-      .Field("period", &P::period, "s, > 0, default 0.001");
+      .Fields();
   using S = VirtualSpringState;
   BindState<S>(m, "VirtualSpringState", "Memory of VirtualSpring.")
       .def_property_readonly(
@@ -237,41 +204,11 @@ void BindVirtualSpring(py::module_& m) {
 void BindRobotSideProxy(py::module_& m) {
   BindParams<PoseInterpolatorParams>(m, "PoseInterpolatorParams",
                                      "Parameters of PoseInterpolator.")
-      .Field("max_interval", &PoseInterpolatorParams::max_interval,
-             "s, > 0, default 0.25: poses sent further apart are not joined");
+      .Fields();
   using P = RobotSideProxyParams;
   BindParams<P>(m, "RobotSideProxyParams",
                 "Parameters of the robot side of the dual proxy.")
-      .Field("map", &P::map, "WorkspaceMapParams")
-      .Field("workspace", &P::workspace,
-             "WorkspaceLimitsParams: where the robot proxy may go")
-      .Field("limiter", &P::limiter,
-             "TrajectoryLimiterParams: how fast; its period is `period`")
-      .Field("link", &P::link, "LinkMonitorParams")
-      .Field("interpolate", &P::interpolate,
-             "true: the device's poses are joined to a motion with continuous "
-             "velocity, one message interval behind; false: the target is the "
-             "newest pose")
-      .Field("interpolator", &P::interpolator, "PoseInterpolatorParams")
-      .Field("stiffness", &P::stiffness, "k_vir_r, N/m, >= 0, default 500")
-      .Field("rotational_stiffness", &P::rotational_stiffness,
-             "N m/rad, >= 0, default 10")
-      .Field("max_force", &P::max_force, "N, >= 0, default 20")
-      .Field("max_moment", &P::max_moment, "N m, >= 0, default 2")
-      .Field("force_rate", &P::force_rate, "N/s, > 0, default 50")
-      .Field("moment_rate", &P::moment_rate, "N m/s, > 0, default 10")
-      .Field("max_motion_error", &P::max_motion_error,
-             "bound on |dx_m|, m, >= 0, 0 is none, default 0.012")
-      .Field("max_distance", &P::max_distance,
-             "m, in (0, 0.25], default 0.15: how far the proxy may go from the "
-             "robot")
-      .Field("catch_up_share", &P::catch_up_share,
-             "(0, 1]: share of the limiter's accelerations until the proxy has "
-             "met the device's poses, default 1, in scenarios 0.1")
-      .Field("handover", &P::handover,
-             "\"bumpless\" (from the sensed force) or \"printed\" (from where "
-             "it is): how the forces start in a new direction")
-      .Field("period", &P::period, "s, > 0, default 0.001");
+      .Fields();
   using O = RobotSideProxyOutput;
   BindState<O>(m, "RobotSideProxyOutput", "Outputs of one tick, in B.")
       .def_readonly("motion_error", &O::motion_error, "dx_m, (3,), m.")
@@ -342,21 +279,7 @@ void BindHapticSideProxy(py::module_& m) {
   using P = HapticSideProxyParams;
   BindParams<P>(m, "HapticSideProxyParams",
                 "Parameters of the haptic side of the dual proxy.")
-      .Field("map", &P::map, "WorkspaceMapParams")
-      .Field("link", &P::link, "LinkMonitorParams")
-      .Field("stiffness", &P::stiffness,
-             "k_vir_h, N/m, >= 0; 0: force-matched, map.scale x "
-             "robot_stiffness, default 0")
-      .Field("robot_stiffness", &P::robot_stiffness,
-             "k_vir_r of the robot side, N/m, >= 0, default 500")
-      .Field("rotational_stiffness", &P::rotational_stiffness,
-             "N m/rad, >= 0, default 0.5")
-      .Field("max_force", &P::max_force, "N, >= 0, default 12")
-      .Field("max_moment", &P::max_moment,
-             "N m, >= 0; 0: moments off, default 0")
-      .Field("force_rate", &P::force_rate, "N/s, > 0, default 20")
-      .Field("moment_rate", &P::moment_rate, "N m/s, > 0, default 1")
-      .Field("period", &P::period, "s, > 0, default 0.001");
+      .Fields();
   using O = HapticSideProxyOutput;
   BindState<O>(m, "HapticSideProxyOutput", "Outputs of one tick, in D.")
       .def_readonly("reference_force", &O::reference_force,

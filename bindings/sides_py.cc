@@ -63,15 +63,7 @@ void BindRobotSide(py::module_& m) {
   using P = RobotSideParams;
   BindParams<P>(m, "RobotSideParams",
                 "Parameters of RobotSide; all `period` fields are the same.")
-      .Field("proxy", &P::proxy, "RobotSideProxyParams")
-      .Field("controller", &P::controller, "OperationalSpaceControllerParams")
-      .Field("sender", &P::sender, "PoseSenderParams")
-      .Field("filter_period", &P::filter_period,
-             "s, >= period: over which the filter's inputs are averaged, "
-             "default 1/15")
-      .Field("angular_filter_period", &P::angular_filter_period,
-             "s, >= period: the same of the angular filter; 0, the default, is "
-             "without one");
+      .Fields();
 
   using M = FilterMeans;
   BindState<M>(m, "FilterMeans",
@@ -208,9 +200,7 @@ void BindHapticSide(py::module_& m) {
   using P = HapticSideParams;
   BindParams<P>(m, "HapticSideParams",
                 "Parameters of HapticSide; all `period` fields are the same.")
-      .Field("proxy", &P::proxy, "HapticSideProxyParams")
-      .Field("controller", &P::controller, "HapticControllerParams")
-      .Field("sender", &P::sender, "PoseSenderParams");
+      .Fields();
 
   using O = HapticSideOutput;
   using Q = HapticSideProxyOutput;

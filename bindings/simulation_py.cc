@@ -113,26 +113,7 @@ void BindHapticDevice(py::module_& m) {
   BindParams<Params>(m, "SimulatedHapticDeviceParams",
                      "Parameters of SimulatedHapticDevice; the defaults are an "
                      "Omega.7 in a firm hand.")
-      .Field("hand_mass", &Params::hand_mass, "kg, > 0, default 0.5")
-      .Field("hand_stiffness", &Params::hand_stiffness,
-             "K, N/m, >= 0: pull to the intended position, default 600")
-      .Field("hand_damping", &Params::hand_damping,
-             "B, N s/m, >= 0: pull to the intended velocity, default 30")
-      .Field("device_mass", &Params::device_mass,
-             "kg, > 0, at the handle, default 0.25")
-      .Field("device_damping", &Params::device_damping,
-             "N s/m, >= 0: friction of the device, default 1")
-      .Field("max_force", &Params::max_force,
-             "N, >= 0: no larger force leaves the device, default 12")
-      .Field("workspace_radius", &Params::workspace_radius,
-             "m, > 0, about the x axis of D, default 0.08")
-      .Field("workspace_half_length", &Params::workspace_half_length,
-             "m, > 0, along the x axis of D, default 0.055")
-      .Field("resolution", &Params::resolution,
-             "m, >= 0: step of the position reading, default 1e-5")
-      .Field("velocity_cutoff", &Params::velocity_cutoff,
-             "Hz, >= 0: low-pass of the velocity reading (0: none), default 20")
-      .Field("period", &Params::period, "s, > 0, default 0.001");
+      .Fields();
   BindState<State>(m, "SimulatedHapticDeviceState",
                    "Where hand and device are, and what the driver reads.")
       .def_property_readonly(
@@ -194,18 +175,11 @@ void BindHapticDevice(py::module_& m) {
 void BindForceTorqueSensor(py::module_& m) {
   using Params = ForceTorqueSensorParams;
   using State = ForceTorqueSensorState;
-  BindParams<Params> params(
+  BindParams<Params>(
       m, "ForceTorqueSensorParams",
       "Parameters of ForceTorqueSensor: of what is simulated, and of the "
-      "adapter behind it.");
-  params
-      .Field("force_noise_std", &Params::force_noise_std,
-             "N, >= 0, per axis and sample, default 0.2")
-      .Field("moment_noise_std", &Params::moment_noise_std,
-             "N m, >= 0, per axis and sample, default 0.005")
-      .Field("force_bias", &Params::force_bias, "(3,), N, in S, default 0")
-      .Field("moment_bias", &Params::moment_bias, "(3,), N m, in S, default 0");
-  AddForceTorqueAdapterFields(&params);
+      "adapter behind it.")
+      .Fields();
   BindState<State>(m, "ForceTorqueSensorState",
                    "What the sensor remembers, and its last output.")
       .def_property_readonly(
@@ -269,25 +243,7 @@ void BindContact(py::module_& m) {
   using SurfaceParams = ContactSurfaceParams;
   BindParams<SurfaceParams>(m, "ContactSurfaceParams",
                             "Parameters of ContactSurface.")
-      .Field(
-          "shape", &SurfaceParams::shape,
-          "\"plane\" (solid where z < 0), \"cylinder\" (about x, endless) or "
-          "\"box\", in the surface's frame")
-      .Field("position", &SurfaceParams::position,
-             "(3,), m, in B: origin of the surface's frame")
-      .Field("rotation", &SurfaceParams::rotation,
-             "(3, 3): rotation of the surface's frame in B")
-      .Field("radius", &SurfaceParams::radius,
-             "m, > 0: of the cylinder, default 0.1")
-      .Field("half_size", &SurfaceParams::half_size,
-             "(3,), m, > 0: of the box, default 0.1")
-      .Field("stiffness", &SurfaceParams::stiffness, "N/m, > 0, default 5000")
-      .Field("dissipation", &SurfaceParams::dissipation,
-             "s/m, >= 0: share by which the normal force grows per m/s of "
-             "sinking in, default 2")
-      .Field("friction", &SurfaceParams::friction, "mu, >= 0, default 0")
-      .Field("stiction_speed", &SurfaceParams::stiction_speed,
-             "m/s, > 0: below it friction grows linearly, default 0.01");
+      .Fields();
   py::class_<SurfaceContact>(m, "SurfaceContact",
                              "A tool's contact with one surface.")
       .def_readonly("penetration", &SurfaceContact::penetration,
@@ -318,11 +274,7 @@ void BindContact(py::module_& m) {
   using SceneParams = ContactSceneParams;
   BindParams<SceneParams>(m, "ContactSceneParams",
                           "Parameters of ContactScene.")
-      .Field("surfaces", &SceneParams::surfaces,
-             "up to 8 ContactSurfaceParams, default none; read as a tuple of "
-             "copies")
-      .Field("tool_radius", &SceneParams::tool_radius,
-             "m, >= 0: radius of the spherical tool, default 0");
+      .Fields();
   py::class_<SceneContact>(m, "SceneContact",
                            "A tool's contact with a scene: the truth.")
       .def_property_readonly(
@@ -385,10 +337,7 @@ void BindPointRobot(py::module_& m) {
   using Params = PointRobotParams;
   using State = PointRobotState;
   BindParams<Params>(m, "PointRobotParams", "Parameters of PointRobot.")
-      .Field("mass", &Params::mass, "kg, > 0, default 1")
-      .Field("period", &Params::period, "s, > 0, default 0.001")
-      .Field("substeps", &Params::substeps,
-             "integration steps per period, 1 to 1000, default 4");
+      .Fields();
   BindState<State>(m, "PointRobotState",
                    "Where the point robot is and what it touches there.")
       .def_property_readonly(

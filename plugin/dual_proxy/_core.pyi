@@ -152,8 +152,7 @@ class PoseSenderParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('rate', 'average', 'period')
-    fields: typing.ClassVar[dict] = {'rate': 'Hz, in (0, 1/period], default 50', 'average': 'send the mean since the last message, not the newest sample, default true', 'period': 's, > 0, between samples, default 0.001'}
+    fields: typing.ClassVar[dict] = {'rate': 'Hz, in (0, 1/period]: of messages; the paper uses 50, and 5 for its remote run, default 50', 'average': 'true: a message holds the mean of the samples since the last message, which smooths it and delays it by half an interval; false: the newest sample, default true', 'period': 's, > 0: between samples, default 0.001'}
     def __copy__(self) -> PoseSenderParams:
         ...
     def __deepcopy__(self, memo: dict) -> PoseSenderParams:
@@ -178,7 +177,7 @@ class PoseSenderParams:
     @property
     def average(self) -> bool:
         """
-        send the mean since the last message, not the newest sample, default true
+        true: a message holds the mean of the samples since the last message, which smooths it and delays it by half an interval; false: the newest sample, default true
         """
     @average.setter
     def average(self, arg1: typing.Any) -> None:
@@ -186,7 +185,7 @@ class PoseSenderParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, between samples, default 0.001
+        s, > 0: between samples, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -194,7 +193,7 @@ class PoseSenderParams:
     @property
     def rate(self) -> float:
         """
-        Hz, in (0, 1/period], default 50
+        Hz, in (0, 1/period]: of messages; the paper uses 50, and 5 for its remote run, default 50
         """
     @rate.setter
     def rate(self, arg1: typing.Any) -> None:
@@ -273,8 +272,7 @@ class CommunicationChannelParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('delay', 'jitter', 'loss', 'reordering')
-    fields: typing.ClassVar[dict] = {'delay': 's, one way, >= 0, default 0', 'jitter': 's, >= 0: standard deviation of the normal whose absolute value is added to the delay, default 0', 'loss': 'probability of loss, in [0, 1], default 0', 'reordering': 'whether a message may overtake another, default true'}
+    fields: typing.ClassVar[dict] = {'delay': 's, >= 0: of every message, one way, default 0', 'jitter': 's, >= 0: standard deviation of the normal whose absolute value is added to the delay of each message: none is early, default 0', 'loss': 'in [0, 1]: probability that a message is lost; a dead link has 1, default 0', 'reordering': 'true: a message may overtake an earlier one, as with UDP; false: it arrives no earlier than those sent before it, as with TCP, default true'}
     def __copy__(self) -> CommunicationChannelParams:
         ...
     def __deepcopy__(self, memo: dict) -> CommunicationChannelParams:
@@ -299,7 +297,7 @@ class CommunicationChannelParams:
     @property
     def delay(self) -> float:
         """
-        s, one way, >= 0, default 0
+        s, >= 0: of every message, one way, default 0
         """
     @delay.setter
     def delay(self, arg1: typing.Any) -> None:
@@ -307,7 +305,7 @@ class CommunicationChannelParams:
     @property
     def jitter(self) -> float:
         """
-        s, >= 0: standard deviation of the normal whose absolute value is added to the delay, default 0
+        s, >= 0: standard deviation of the normal whose absolute value is added to the delay of each message: none is early, default 0
         """
     @jitter.setter
     def jitter(self, arg1: typing.Any) -> None:
@@ -315,7 +313,7 @@ class CommunicationChannelParams:
     @property
     def loss(self) -> float:
         """
-        probability of loss, in [0, 1], default 0
+        in [0, 1]: probability that a message is lost; a dead link has 1, default 0
         """
     @loss.setter
     def loss(self, arg1: typing.Any) -> None:
@@ -323,7 +321,7 @@ class CommunicationChannelParams:
     @property
     def reordering(self) -> bool:
         """
-        whether a message may overtake another, default true
+        true: a message may overtake an earlier one, as with UDP; false: it arrives no earlier than those sent before it, as with TCP, default true
         """
     @reordering.setter
     def reordering(self, arg1: typing.Any) -> None:
@@ -456,8 +454,7 @@ class LinkMonitorParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('timeout', 'max_age', 'spike_threshold')
-    fields: typing.ClassVar[dict] = {'timeout': 's, > 0: silence after which the link is lost, default 0.5', 'max_age': 's, > 0: older messages are dropped, default 5', 'spike_threshold': 's, > 0: a message this much later than the fastest is a latency spike, default 0.1'}
+    fields: typing.ClassVar[dict] = {'timeout': 's, > 0: silence since the last accepted message after which the link counts as lost; several message intervals, or single losses look like that, default 0.5', 'max_age': 's, > 0: messages sent longer ago are dropped; needs the two clocks to agree, one that is ahead by more is dropped too, default 5', 'spike_threshold': 's, > 0: a message that is older on arrival than the fastest so far by more than this is a latency spike, default 0.1'}
     def __copy__(self) -> LinkMonitorParams:
         ...
     def __deepcopy__(self, memo: dict) -> LinkMonitorParams:
@@ -482,7 +479,7 @@ class LinkMonitorParams:
     @property
     def max_age(self) -> float:
         """
-        s, > 0: older messages are dropped, default 5
+        s, > 0: messages sent longer ago are dropped; needs the two clocks to agree, one that is ahead by more is dropped too, default 5
         """
     @max_age.setter
     def max_age(self, arg1: typing.Any) -> None:
@@ -490,7 +487,7 @@ class LinkMonitorParams:
     @property
     def spike_threshold(self) -> float:
         """
-        s, > 0: a message this much later than the fastest is a latency spike, default 0.1
+        s, > 0: a message that is older on arrival than the fastest so far by more than this is a latency spike, default 0.1
         """
     @spike_threshold.setter
     def spike_threshold(self, arg1: typing.Any) -> None:
@@ -498,7 +495,7 @@ class LinkMonitorParams:
     @property
     def timeout(self) -> float:
         """
-        s, > 0: silence after which the link is lost, default 0.5
+        s, > 0: silence since the last accepted message after which the link counts as lost; several message intervals, or single losses look like that, default 0.5
         """
     @timeout.setter
     def timeout(self, arg1: typing.Any) -> None:
@@ -587,8 +584,7 @@ class WorkspaceMapParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('R_DB', 'p_cw', 'R_cw', 'scale')
-    fields: typing.ClassVar[dict] = {'R_DB': '(3, 3), rotation from the robot base frame B to the device base frame D, default identity', 'p_cw': "(3,), m, in B: robot position at the device's home, default 0", 'R_cw': "(3, 3), R_BE at the device's home, default identity", 'scale': 'metres of the robot per metre of the device, > 0, default 2.5'}
+    fields: typing.ClassVar[dict] = {'R_DB': "(3, 3), a rotation matrix: maps coordinates in the robot base frame B to the device base frame D (the paper's R_{h-r}), default identity", 'p_cw': "(3,), m: in B: robot position that belongs to the device's home (clutch), default 0", 'R_cw': "(3, 3), a rotation matrix: robot orientation R_BE that belongs to the device's home, default identity", 'scale': '> 0: metres of the robot per metre of the device; 2.5 in the paper, default 2.5'}
     def __copy__(self) -> WorkspaceMapParams:
         ...
     def __deepcopy__(self, memo: dict) -> WorkspaceMapParams:
@@ -613,7 +609,7 @@ class WorkspaceMapParams:
     @property
     def R_DB(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3, 3), rotation from the robot base frame B to the device base frame D, default identity
+        (3, 3), a rotation matrix: maps coordinates in the robot base frame B to the device base frame D (the paper's R_{h-r}), default identity
         """
     @R_DB.setter
     def R_DB(self, arg1: typing.Any) -> None:
@@ -621,7 +617,7 @@ class WorkspaceMapParams:
     @property
     def R_cw(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3, 3), R_BE at the device's home, default identity
+        (3, 3), a rotation matrix: robot orientation R_BE that belongs to the device's home, default identity
         """
     @R_cw.setter
     def R_cw(self, arg1: typing.Any) -> None:
@@ -629,7 +625,7 @@ class WorkspaceMapParams:
     @property
     def p_cw(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3,), m, in B: robot position at the device's home, default 0
+        (3,), m: in B: robot position that belongs to the device's home (clutch), default 0
         """
     @p_cw.setter
     def p_cw(self, arg1: typing.Any) -> None:
@@ -637,7 +633,7 @@ class WorkspaceMapParams:
     @property
     def scale(self) -> float:
         """
-        metres of the robot per metre of the device, > 0, default 2.5
+        > 0: metres of the robot per metre of the device; 2.5 in the paper, default 2.5
         """
     @scale.setter
     def scale(self, arg1: typing.Any) -> None:
@@ -682,8 +678,7 @@ class WorkspaceLimitsParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('shape', 'center', 'half_size', 'radius', 'half_height')
-    fields: typing.ClassVar[dict] = {'shape': '"none", "box", "sphere" or "cylinder" (about B\'s z), default "none"', 'center': '(3,), m, in B, default 0', 'half_size': 'box: half of each side, (3,), m, >= 0, default 0.5', 'radius': 'sphere and cylinder: m, > 0, default 0.5', 'half_height': 'cylinder: m, >= 0, default 0.5'}
+    fields: typing.ClassVar[dict] = {'shape': 'one of "none", "box", "sphere", "cylinder": a box along the axes of B, a cylinder about its z, default "none"', 'center': '(3,), m: of the shape, in B, default 0', 'half_size': '(3,), m, >= 0: box: half of each side, default 0.5', 'radius': 'm, > 0: of sphere and cylinder, default 0.5', 'half_height': 'm, >= 0: of a cylinder, default 0.5'}
     def __copy__(self) -> WorkspaceLimitsParams:
         ...
     def __deepcopy__(self, memo: dict) -> WorkspaceLimitsParams:
@@ -708,7 +703,7 @@ class WorkspaceLimitsParams:
     @property
     def center(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3,), m, in B, default 0
+        (3,), m: of the shape, in B, default 0
         """
     @center.setter
     def center(self, arg1: typing.Any) -> None:
@@ -716,7 +711,7 @@ class WorkspaceLimitsParams:
     @property
     def half_height(self) -> float:
         """
-        cylinder: m, >= 0, default 0.5
+        m, >= 0: of a cylinder, default 0.5
         """
     @half_height.setter
     def half_height(self, arg1: typing.Any) -> None:
@@ -724,7 +719,7 @@ class WorkspaceLimitsParams:
     @property
     def half_size(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        box: half of each side, (3,), m, >= 0, default 0.5
+        (3,), m, >= 0: box: half of each side, default 0.5
         """
     @half_size.setter
     def half_size(self, arg1: typing.Any) -> None:
@@ -732,7 +727,7 @@ class WorkspaceLimitsParams:
     @property
     def radius(self) -> float:
         """
-        sphere and cylinder: m, > 0, default 0.5
+        m, > 0: of sphere and cylinder, default 0.5
         """
     @radius.setter
     def radius(self, arg1: typing.Any) -> None:
@@ -740,7 +735,7 @@ class WorkspaceLimitsParams:
     @property
     def shape(self) -> str:
         """
-        "none", "box", "sphere" or "cylinder" (about B's z), default "none"
+        one of "none", "box", "sphere", "cylinder": a box along the axes of B, a cylinder about its z, default "none"
         """
     @shape.setter
     def shape(self, arg1: typing.Any) -> None:
@@ -768,8 +763,7 @@ class TrajectoryLimiterParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('max_velocity', 'max_acceleration', 'max_angular_velocity', 'max_angular_acceleration', 'period')
-    fields: typing.ClassVar[dict] = {'max_velocity': 'm/s, > 0, default 0.2', 'max_acceleration': 'm/s^2, > 0, default 10', 'max_angular_velocity': 'rad/s, > 0, default 1', 'max_angular_acceleration': 'rad/s^2, > 0, default 20', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'max_velocity': "m/s, > 0: per axis; the paper's 0.2, default 0.2", 'max_acceleration': "m/s^2, > 0: per axis; the paper's 10, default 10", 'max_angular_velocity': 'rad/s, > 0: per axis, default 1', 'max_angular_acceleration': 'rad/s^2, > 0: per axis, default 20', 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> TrajectoryLimiterParams:
         ...
     def __deepcopy__(self, memo: dict) -> TrajectoryLimiterParams:
@@ -794,7 +788,7 @@ class TrajectoryLimiterParams:
     @property
     def max_acceleration(self) -> float:
         """
-        m/s^2, > 0, default 10
+        m/s^2, > 0: per axis; the paper's 10, default 10
         """
     @max_acceleration.setter
     def max_acceleration(self, arg1: typing.Any) -> None:
@@ -802,7 +796,7 @@ class TrajectoryLimiterParams:
     @property
     def max_angular_acceleration(self) -> float:
         """
-        rad/s^2, > 0, default 20
+        rad/s^2, > 0: per axis, default 20
         """
     @max_angular_acceleration.setter
     def max_angular_acceleration(self, arg1: typing.Any) -> None:
@@ -810,7 +804,7 @@ class TrajectoryLimiterParams:
     @property
     def max_angular_velocity(self) -> float:
         """
-        rad/s, > 0, default 1
+        rad/s, > 0: per axis, default 1
         """
     @max_angular_velocity.setter
     def max_angular_velocity(self, arg1: typing.Any) -> None:
@@ -818,7 +812,7 @@ class TrajectoryLimiterParams:
     @property
     def max_velocity(self) -> float:
         """
-        m/s, > 0, default 0.2
+        m/s, > 0: per axis; the paper's 0.2, default 0.2
         """
     @max_velocity.setter
     def max_velocity(self, arg1: typing.Any) -> None:
@@ -826,7 +820,7 @@ class TrajectoryLimiterParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, default 0.001
+        s, > 0: between updates, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -898,7 +892,7 @@ class VirtualSpringParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'stiffness': 'N/m, >= 0, default 500', 'max_force': 'N, >= 0, default 20', 'leash': 'm, >= 0, 0 is off: displacement beyond which max_force bounds no more, default 0', 'rate': 'N/s, > 0, default 50', 'handover': '"printed" or "bumpless": how the force starts in a new direction, default "printed"', 'new_direction_angle': 'rad, in (0, pi/2): from the last force space, beyond which a direction is new, default pi/3', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'stiffness': 'N/m, >= 0: k_vir, default 500', 'max_force': 'N, >= 0: bound on the norm of the force; 0 is off, default 20', 'leash': 'm, >= 0: displacement beyond which max_force bounds no more, and the force grows on with the stiffness; 0 is off, default 0', 'rate': 'N/s, > 0: bound on the change of the force, default 50', 'handover': 'one of "printed", "bumpless": how the force starts in a new direction, default "printed"', 'new_direction_angle': 'rad, in (0, pi/2): a direction is new if the last force space holds nothing within this angle of it, default 1.0472', 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> VirtualSpringParams:
         ...
     def __deepcopy__(self, memo: dict) -> VirtualSpringParams:
@@ -923,7 +917,7 @@ class VirtualSpringParams:
     @property
     def handover(self) -> str:
         """
-        "printed" or "bumpless": how the force starts in a new direction, default "printed"
+        one of "printed", "bumpless": how the force starts in a new direction, default "printed"
         """
     @handover.setter
     def handover(self, arg1: typing.Any) -> None:
@@ -931,7 +925,7 @@ class VirtualSpringParams:
     @property
     def leash(self) -> float:
         """
-        m, >= 0, 0 is off: displacement beyond which max_force bounds no more, default 0
+        m, >= 0: displacement beyond which max_force bounds no more, and the force grows on with the stiffness; 0 is off, default 0
         """
     @leash.setter
     def leash(self, arg1: typing.Any) -> None:
@@ -939,7 +933,7 @@ class VirtualSpringParams:
     @property
     def max_force(self) -> float:
         """
-        N, >= 0, default 20
+        N, >= 0: bound on the norm of the force; 0 is off, default 20
         """
     @max_force.setter
     def max_force(self, arg1: typing.Any) -> None:
@@ -947,7 +941,7 @@ class VirtualSpringParams:
     @property
     def new_direction_angle(self) -> float:
         """
-        rad, in (0, pi/2): from the last force space, beyond which a direction is new, default pi/3
+        rad, in (0, pi/2): a direction is new if the last force space holds nothing within this angle of it, default 1.0472
         """
     @new_direction_angle.setter
     def new_direction_angle(self, arg1: typing.Any) -> None:
@@ -955,7 +949,7 @@ class VirtualSpringParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, default 0.001
+        s, > 0: between updates, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -963,7 +957,7 @@ class VirtualSpringParams:
     @property
     def rate(self) -> float:
         """
-        N/s, > 0, default 50
+        N/s, > 0: bound on the change of the force, default 50
         """
     @rate.setter
     def rate(self, arg1: typing.Any) -> None:
@@ -971,7 +965,7 @@ class VirtualSpringParams:
     @property
     def stiffness(self) -> float:
         """
-        N/m, >= 0, default 500
+        N/m, >= 0: k_vir, default 500
         """
     @stiffness.setter
     def stiffness(self, arg1: typing.Any) -> None:
@@ -1017,8 +1011,7 @@ class PoseInterpolatorParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('max_interval')
-    fields: typing.ClassVar[dict] = {'max_interval': 's, > 0, default 0.25: poses sent further apart are not joined'}
+    fields: typing.ClassVar[dict] = {'max_interval': 's, > 0: two poses sent further apart are not joined: the target starts anew, at rest, at the later one, default 0.25'}
     def __copy__(self) -> PoseInterpolatorParams:
         ...
     def __deepcopy__(self, memo: dict) -> PoseInterpolatorParams:
@@ -1043,7 +1036,7 @@ class PoseInterpolatorParams:
     @property
     def max_interval(self) -> float:
         """
-        s, > 0, default 0.25: poses sent further apart are not joined
+        s, > 0: two poses sent further apart are not joined: the target starts anew, at rest, at the later one, default 0.25
         """
     @max_interval.setter
     def max_interval(self, arg1: typing.Any) -> None:
@@ -1054,8 +1047,7 @@ class RobotSideProxyParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('map', 'workspace', 'limiter', 'link', 'interpolate', 'interpolator', 'stiffness', 'rotational_stiffness', 'max_force', 'max_moment', 'force_rate', 'moment_rate', 'max_motion_error', 'max_distance', 'catch_up_share', 'handover', 'period')
-    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose", 'interpolator': 'PoseInterpolatorParams', 'stiffness': 'k_vir_r, N/m, >= 0, default 500', 'rotational_stiffness': 'N m/rad, >= 0, default 10', 'max_force': 'N, >= 0, default 20', 'max_moment': 'N m, >= 0, default 2', 'force_rate': 'N/s, > 0, default 50', 'moment_rate': 'N m/s, > 0, default 10', 'max_motion_error': 'bound on |dx_m|, m, >= 0, 0 is none, default 0.012', 'max_distance': 'm, in (0, 0.25], default 0.15: how far the proxy may go from the robot', 'catch_up_share': "(0, 1]: share of the limiter's accelerations until the proxy has met the device's poses, default 1, in scenarios 0.1", 'handover': '"bumpless" (from the sensed force) or "printed" (from where it is): how the forces start in a new direction', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams: between device and robot', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams: what counts as a good message', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose, default true", 'interpolator': 'PoseInterpolatorParams: how poses are joined', 'stiffness': 'N/m, >= 0: k_vir_r, default 500', 'rotational_stiffness': 'N m/rad, >= 0: likewise of rotations, default 10', 'max_force': 'N, >= 0: bound on |F_r|, default 20', 'max_moment': 'N m, >= 0: bound on |M_r|, default 2', 'force_rate': 'N/s, > 0: bound on the change of F_r, default 50', 'moment_rate': 'N m/s, > 0: bound on the change of M_r, default 10', 'max_motion_error': 'm, >= 0: bound on |dx_m|, 0 is none, default 0.012', 'max_distance': 'm, in (0, 0.25]: how far proxy and robot may part, default 0.15', 'catch_up_share': "in (0, 1]: share of the limiter's accelerations until the proxy has met the device's poses, default 1", 'handover': 'one of "printed", "bumpless": how the forces start in a new direction: from the sensed force, or from where they are, default "bumpless"', 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> RobotSideProxyParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideProxyParams:
@@ -1080,7 +1072,7 @@ class RobotSideProxyParams:
     @property
     def catch_up_share(self) -> float:
         """
-        (0, 1]: share of the limiter's accelerations until the proxy has met the device's poses, default 1, in scenarios 0.1
+        in (0, 1]: share of the limiter's accelerations until the proxy has met the device's poses, default 1
         """
     @catch_up_share.setter
     def catch_up_share(self, arg1: typing.Any) -> None:
@@ -1088,7 +1080,7 @@ class RobotSideProxyParams:
     @property
     def force_rate(self) -> float:
         """
-        N/s, > 0, default 50
+        N/s, > 0: bound on the change of F_r, default 50
         """
     @force_rate.setter
     def force_rate(self, arg1: typing.Any) -> None:
@@ -1096,7 +1088,7 @@ class RobotSideProxyParams:
     @property
     def handover(self) -> str:
         """
-        "bumpless" (from the sensed force) or "printed" (from where it is): how the forces start in a new direction
+        one of "printed", "bumpless": how the forces start in a new direction: from the sensed force, or from where they are, default "bumpless"
         """
     @handover.setter
     def handover(self, arg1: typing.Any) -> None:
@@ -1104,7 +1096,7 @@ class RobotSideProxyParams:
     @property
     def interpolate(self) -> bool:
         """
-        true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose
+        true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose, default true
         """
     @interpolate.setter
     def interpolate(self, arg1: typing.Any) -> None:
@@ -1112,7 +1104,7 @@ class RobotSideProxyParams:
     @property
     def interpolator(self) -> PoseInterpolatorParams:
         """
-        PoseInterpolatorParams
+        PoseInterpolatorParams: how poses are joined
         """
     @interpolator.setter
     def interpolator(self, arg1: typing.Any) -> None:
@@ -1128,7 +1120,7 @@ class RobotSideProxyParams:
     @property
     def link(self) -> LinkMonitorParams:
         """
-        LinkMonitorParams
+        LinkMonitorParams: what counts as a good message
         """
     @link.setter
     def link(self, arg1: typing.Any) -> None:
@@ -1136,7 +1128,7 @@ class RobotSideProxyParams:
     @property
     def map(self) -> WorkspaceMapParams:
         """
-        WorkspaceMapParams
+        WorkspaceMapParams: between device and robot
         """
     @map.setter
     def map(self, arg1: typing.Any) -> None:
@@ -1144,7 +1136,7 @@ class RobotSideProxyParams:
     @property
     def max_distance(self) -> float:
         """
-        m, in (0, 0.25], default 0.15: how far the proxy may go from the robot
+        m, in (0, 0.25]: how far proxy and robot may part, default 0.15
         """
     @max_distance.setter
     def max_distance(self, arg1: typing.Any) -> None:
@@ -1152,7 +1144,7 @@ class RobotSideProxyParams:
     @property
     def max_force(self) -> float:
         """
-        N, >= 0, default 20
+        N, >= 0: bound on |F_r|, default 20
         """
     @max_force.setter
     def max_force(self, arg1: typing.Any) -> None:
@@ -1160,7 +1152,7 @@ class RobotSideProxyParams:
     @property
     def max_moment(self) -> float:
         """
-        N m, >= 0, default 2
+        N m, >= 0: bound on |M_r|, default 2
         """
     @max_moment.setter
     def max_moment(self, arg1: typing.Any) -> None:
@@ -1168,7 +1160,7 @@ class RobotSideProxyParams:
     @property
     def max_motion_error(self) -> float:
         """
-        bound on |dx_m|, m, >= 0, 0 is none, default 0.012
+        m, >= 0: bound on |dx_m|, 0 is none, default 0.012
         """
     @max_motion_error.setter
     def max_motion_error(self, arg1: typing.Any) -> None:
@@ -1176,7 +1168,7 @@ class RobotSideProxyParams:
     @property
     def moment_rate(self) -> float:
         """
-        N m/s, > 0, default 10
+        N m/s, > 0: bound on the change of M_r, default 10
         """
     @moment_rate.setter
     def moment_rate(self, arg1: typing.Any) -> None:
@@ -1184,7 +1176,7 @@ class RobotSideProxyParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, default 0.001
+        s, > 0: between updates, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -1192,7 +1184,7 @@ class RobotSideProxyParams:
     @property
     def rotational_stiffness(self) -> float:
         """
-        N m/rad, >= 0, default 10
+        N m/rad, >= 0: likewise of rotations, default 10
         """
     @rotational_stiffness.setter
     def rotational_stiffness(self, arg1: typing.Any) -> None:
@@ -1200,7 +1192,7 @@ class RobotSideProxyParams:
     @property
     def stiffness(self) -> float:
         """
-        k_vir_r, N/m, >= 0, default 500
+        N/m, >= 0: k_vir_r, default 500
         """
     @stiffness.setter
     def stiffness(self, arg1: typing.Any) -> None:
@@ -1318,8 +1310,7 @@ class HapticSideProxyParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('map', 'link', 'stiffness', 'robot_stiffness', 'rotational_stiffness', 'max_force', 'max_moment', 'force_rate', 'moment_rate', 'period')
-    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams', 'link': 'LinkMonitorParams', 'stiffness': 'k_vir_h, N/m, >= 0; 0: force-matched, map.scale x robot_stiffness, default 0', 'robot_stiffness': 'k_vir_r of the robot side, N/m, >= 0, default 500', 'rotational_stiffness': 'N m/rad, >= 0, default 0.5', 'max_force': 'N, >= 0, default 12', 'max_moment': 'N m, >= 0; 0: moments off, default 0', 'force_rate': 'N/s, > 0, default 20', 'moment_rate': 'N m/s, > 0, default 1', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams: between device and robot', 'link': 'LinkMonitorParams: what counts as a good message', 'stiffness': 'N/m, >= 0: k_vir_h; 0: force-matched, map.scale x robot_stiffness, default 0', 'robot_stiffness': 'N/m, >= 0: k_vir_r of the robot side, default 500', 'rotational_stiffness': 'N m/rad, >= 0: likewise of rotations, default 0.5', 'max_force': "N, >= 0: bound on |F_h|: the device's, default 12", 'max_moment': 'N m, >= 0: bound on |M_h|; 0: moments off, default 0', 'force_rate': 'N/s, > 0: bound on the change of F_h, default 20', 'moment_rate': 'N m/s, > 0: bound on the change of M_h, default 1', 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> HapticSideProxyParams:
         ...
     def __deepcopy__(self, memo: dict) -> HapticSideProxyParams:
@@ -1344,7 +1335,7 @@ class HapticSideProxyParams:
     @property
     def force_rate(self) -> float:
         """
-        N/s, > 0, default 20
+        N/s, > 0: bound on the change of F_h, default 20
         """
     @force_rate.setter
     def force_rate(self, arg1: typing.Any) -> None:
@@ -1352,7 +1343,7 @@ class HapticSideProxyParams:
     @property
     def link(self) -> LinkMonitorParams:
         """
-        LinkMonitorParams
+        LinkMonitorParams: what counts as a good message
         """
     @link.setter
     def link(self, arg1: typing.Any) -> None:
@@ -1360,7 +1351,7 @@ class HapticSideProxyParams:
     @property
     def map(self) -> WorkspaceMapParams:
         """
-        WorkspaceMapParams
+        WorkspaceMapParams: between device and robot
         """
     @map.setter
     def map(self, arg1: typing.Any) -> None:
@@ -1368,7 +1359,7 @@ class HapticSideProxyParams:
     @property
     def max_force(self) -> float:
         """
-        N, >= 0, default 12
+        N, >= 0: bound on |F_h|: the device's, default 12
         """
     @max_force.setter
     def max_force(self, arg1: typing.Any) -> None:
@@ -1376,7 +1367,7 @@ class HapticSideProxyParams:
     @property
     def max_moment(self) -> float:
         """
-        N m, >= 0; 0: moments off, default 0
+        N m, >= 0: bound on |M_h|; 0: moments off, default 0
         """
     @max_moment.setter
     def max_moment(self, arg1: typing.Any) -> None:
@@ -1384,7 +1375,7 @@ class HapticSideProxyParams:
     @property
     def moment_rate(self) -> float:
         """
-        N m/s, > 0, default 1
+        N m/s, > 0: bound on the change of M_h, default 1
         """
     @moment_rate.setter
     def moment_rate(self, arg1: typing.Any) -> None:
@@ -1392,7 +1383,7 @@ class HapticSideProxyParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, default 0.001
+        s, > 0: between updates, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -1400,7 +1391,7 @@ class HapticSideProxyParams:
     @property
     def robot_stiffness(self) -> float:
         """
-        k_vir_r of the robot side, N/m, >= 0, default 500
+        N/m, >= 0: k_vir_r of the robot side, default 500
         """
     @robot_stiffness.setter
     def robot_stiffness(self, arg1: typing.Any) -> None:
@@ -1408,7 +1399,7 @@ class HapticSideProxyParams:
     @property
     def rotational_stiffness(self) -> float:
         """
-        N m/rad, >= 0, default 0.5
+        N m/rad, >= 0: likewise of rotations, default 0.5
         """
     @rotational_stiffness.setter
     def rotational_stiffness(self, arg1: typing.Any) -> None:
@@ -1416,7 +1407,7 @@ class HapticSideProxyParams:
     @property
     def stiffness(self) -> float:
         """
-        k_vir_h, N/m, >= 0; 0: force-matched, map.scale x robot_stiffness, default 0
+        N/m, >= 0: k_vir_h; 0: force-matched, map.scale x robot_stiffness, default 0
         """
     @stiffness.setter
     def stiffness(self, arg1: typing.Any) -> None:
@@ -1514,8 +1505,7 @@ class ForceSpaceParticleFilterThresholds:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('force_low', 'force_high', 'velocity_low', 'velocity_high')
-    fields: typing.ClassVar[dict] = {'force_low': 'f_l, N, >= 0: below it a contact is ruled out, default 0', 'force_high': 'f_h, N, > force_low: above it the force speaks fully for it, default 3', 'velocity_low': 'v_l, m/s, >= 0: below it the velocity speaks fully for it, default 0.001', 'velocity_high': 'v_h, m/s, > velocity_low: above it a contact is ruled out, default 0.01'}
+    fields: typing.ClassVar[dict] = {'force_low': 'N, >= 0: f_l: below it a contact along the particle is ruled out, default 0', 'force_high': 'N, > force_low: f_h: above it the force speaks fully for the particle, default 3', 'velocity_low': 'm/s, >= 0: v_l: below it the velocity speaks fully for the particle, default 0.001', 'velocity_high': 'm/s, > velocity_low: v_h: above it a contact there is ruled out, default 0.01'}
     def __copy__(self) -> ForceSpaceParticleFilterThresholds:
         ...
     def __deepcopy__(self, memo: dict) -> ForceSpaceParticleFilterThresholds:
@@ -1540,7 +1530,7 @@ class ForceSpaceParticleFilterThresholds:
     @property
     def force_high(self) -> float:
         """
-        f_h, N, > force_low: above it the force speaks fully for it, default 3
+        N, > force_low: f_h: above it the force speaks fully for the particle, default 3
         """
     @force_high.setter
     def force_high(self, arg1: typing.Any) -> None:
@@ -1548,7 +1538,7 @@ class ForceSpaceParticleFilterThresholds:
     @property
     def force_low(self) -> float:
         """
-        f_l, N, >= 0: below it a contact is ruled out, default 0
+        N, >= 0: f_l: below it a contact along the particle is ruled out, default 0
         """
     @force_low.setter
     def force_low(self, arg1: typing.Any) -> None:
@@ -1556,7 +1546,7 @@ class ForceSpaceParticleFilterThresholds:
     @property
     def velocity_high(self) -> float:
         """
-        v_h, m/s, > velocity_low: above it a contact is ruled out, default 0.01
+        m/s, > velocity_low: v_h: above it a contact there is ruled out, default 0.01
         """
     @velocity_high.setter
     def velocity_high(self, arg1: typing.Any) -> None:
@@ -1564,7 +1554,7 @@ class ForceSpaceParticleFilterThresholds:
     @property
     def velocity_low(self) -> float:
         """
-        v_l, m/s, >= 0: below it the velocity speaks fully for it, default 0.001
+        m/s, >= 0: v_l: below it the velocity speaks fully for the particle, default 0.001
         """
     @velocity_low.setter
     def velocity_low(self, arg1: typing.Any) -> None:
@@ -1575,8 +1565,7 @@ class FrictionConeParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('force_noise', 'velocity_noise', 'sliding_speed', 'max_friction', 'contact_force', 'loss_force', 'compliance', 'curvature', 'torsion', 'evidence')
-    fields: typing.ClassVar[dict] = {'force_noise': 'sigma_f, N, > 0, of one input per axis, default 0.25', 'velocity_noise': 'sigma_v, m/s, > 0, likewise, default 0.0015', 'sliding_speed': 'm/s, > 0: half of it sticks, 1.5 times it slides, default 0.004', 'max_friction': 'mu, > 0, the most that is thought of, default 0.7', 'contact_force': 'N, > 0: a larger force speaks for a contact, default 0.6', 'loss_force': 'N, >= 0, < contact_force: a smaller one speaks against one that was there, default 0.45', 'compliance': 'm/N, >= 0: how much surface, tool and arm give, default 2e-4', 'curvature': 'rad^2/m, >= 0: variance of the normal per metre of sliding, about the axis across the motion, default 1', 'torsion': 'rad^2/m, >= 0: about the direction of motion, default 0.05', 'evidence': '> 0: log likelihood ratio that adds or drops a contact, default 9'}
+    fields: typing.ClassVar[dict] = {'force_noise': 'N, > 0: sigma_f of one input per axis, with what the model leaves out, default 0.25', 'velocity_noise': 'm/s, > 0: sigma_v, likewise, default 0.0015', 'sliding_speed': 'm/s, > 0: half of it sticks, 1.5 times it slides, in between is between, default 0.004', 'max_friction': '> 0: mu, the most that is thought of while nothing has slid; then the friction seen takes its place, with a margin, default 0.7', 'contact_force': 'N, > force_noise: from here on what a force shows speaks for a contact, default 0.6', 'loss_force': 'N, in [0, contact_force): below, it speaks against one that was there; where little is commanded only as far as the tool has moved along the normal since, default 0.45', 'compliance': 'm/N, >= 0: how much surface, tool and arm give; a changing force moves the tool into the surface, which then is not taken for sliding, default 0.0002', 'curvature': "rad^2/m, >= 0: variance by which a normal turns about the axis across the motion per metre of sliding (a cylinder's 1/r squared times a length), default 1", 'torsion': 'rad^2/m, >= 0: likewise about the direction of motion, default 0.05', 'evidence': '> 0: log likelihood ratio of what is new to what was believed that adds or drops a contact, default 9'}
     def __copy__(self) -> FrictionConeParams:
         ...
     def __deepcopy__(self, memo: dict) -> FrictionConeParams:
@@ -1601,7 +1590,7 @@ class FrictionConeParams:
     @property
     def compliance(self) -> float:
         """
-        m/N, >= 0: how much surface, tool and arm give, default 2e-4
+        m/N, >= 0: how much surface, tool and arm give; a changing force moves the tool into the surface, which then is not taken for sliding, default 0.0002
         """
     @compliance.setter
     def compliance(self, arg1: typing.Any) -> None:
@@ -1609,7 +1598,7 @@ class FrictionConeParams:
     @property
     def contact_force(self) -> float:
         """
-        N, > 0: a larger force speaks for a contact, default 0.6
+        N, > force_noise: from here on what a force shows speaks for a contact, default 0.6
         """
     @contact_force.setter
     def contact_force(self, arg1: typing.Any) -> None:
@@ -1617,7 +1606,7 @@ class FrictionConeParams:
     @property
     def curvature(self) -> float:
         """
-        rad^2/m, >= 0: variance of the normal per metre of sliding, about the axis across the motion, default 1
+        rad^2/m, >= 0: variance by which a normal turns about the axis across the motion per metre of sliding (a cylinder's 1/r squared times a length), default 1
         """
     @curvature.setter
     def curvature(self, arg1: typing.Any) -> None:
@@ -1625,7 +1614,7 @@ class FrictionConeParams:
     @property
     def evidence(self) -> float:
         """
-        > 0: log likelihood ratio that adds or drops a contact, default 9
+        > 0: log likelihood ratio of what is new to what was believed that adds or drops a contact, default 9
         """
     @evidence.setter
     def evidence(self, arg1: typing.Any) -> None:
@@ -1633,7 +1622,7 @@ class FrictionConeParams:
     @property
     def force_noise(self) -> float:
         """
-        sigma_f, N, > 0, of one input per axis, default 0.25
+        N, > 0: sigma_f of one input per axis, with what the model leaves out, default 0.25
         """
     @force_noise.setter
     def force_noise(self, arg1: typing.Any) -> None:
@@ -1641,7 +1630,7 @@ class FrictionConeParams:
     @property
     def loss_force(self) -> float:
         """
-        N, >= 0, < contact_force: a smaller one speaks against one that was there, default 0.45
+        N, in [0, contact_force): below, it speaks against one that was there; where little is commanded only as far as the tool has moved along the normal since, default 0.45
         """
     @loss_force.setter
     def loss_force(self, arg1: typing.Any) -> None:
@@ -1649,7 +1638,7 @@ class FrictionConeParams:
     @property
     def max_friction(self) -> float:
         """
-        mu, > 0, the most that is thought of, default 0.7
+        > 0: mu, the most that is thought of while nothing has slid; then the friction seen takes its place, with a margin, default 0.7
         """
     @max_friction.setter
     def max_friction(self, arg1: typing.Any) -> None:
@@ -1657,7 +1646,7 @@ class FrictionConeParams:
     @property
     def sliding_speed(self) -> float:
         """
-        m/s, > 0: half of it sticks, 1.5 times it slides, default 0.004
+        m/s, > 0: half of it sticks, 1.5 times it slides, in between is between, default 0.004
         """
     @sliding_speed.setter
     def sliding_speed(self, arg1: typing.Any) -> None:
@@ -1665,7 +1654,7 @@ class FrictionConeParams:
     @property
     def torsion(self) -> float:
         """
-        rad^2/m, >= 0: about the direction of motion, default 0.05
+        rad^2/m, >= 0: likewise about the direction of motion, default 0.05
         """
     @torsion.setter
     def torsion(self, arg1: typing.Any) -> None:
@@ -1673,7 +1662,7 @@ class FrictionConeParams:
     @property
     def velocity_noise(self) -> float:
         """
-        sigma_v, m/s, > 0, likewise, default 0.0015
+        m/s, > 0: sigma_v, likewise, default 0.0015
         """
     @velocity_noise.setter
     def velocity_noise(self, arg1: typing.Any) -> None:
@@ -1684,8 +1673,7 @@ class ForceSpaceParticleFilterParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles', 'prior_std', 'friction_cone')
-    fields: typing.ClassVar[dict] = {'num_particles': 'n_p, 2 to 100000, default 1000', 'period': 's, > 0, time between updates, default 1/15', 'likelihood': '"paper" (eq. 6 to 8) or "friction_cone" (contacts with friction), default "friction_cone"', 'scatter_mean': 'mean of the scatter per axis and update, -1 to 1, default 0', 'scatter_std': 'standard deviation of the scatter per axis and update, 0 to 1, default 0.025', 'update_thresholds': 'weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s', 'resampling_thresholds': 'weigh every particle, default 0, 3 N, 0.001, 0.01 m/s', 'alpha_add': 'share of the largest singular value above which a direction is added, in (0, 1), default 0.5', 'alpha_remove': 'share below which it is removed, in (0, alpha_add], default 0.1', 'epsilon': 'vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6', 'prior_particles': 'particles that each prior normal adds to an update, 0 to 100000, default 50', 'prior_std': 'rad, in (0, pi], how sure a prior is, default 0.1', 'friction_cone': 'of likelihood "friction_cone"'}
+    fields: typing.ClassVar[dict] = {'num_particles': 'in [2, 100000]: n_p; the cost of an update is proportional to it, default 1000', 'period': 's, > 0: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.0666667', 'likelihood': 'one of "paper", "friction_cone": eq. (6) to (8), or contacts with friction, default "friction_cone"', 'scatter_mean': 'in [-1, 1]: alpha of the scatter N(alpha, Sigma): mean per axis and update, default 0', 'scatter_std': 'in [0, 1]: Sigma of the scatter: standard deviation per axis and update; larger follows a turning normal faster, but spreads more, default 0.025', 'update_thresholds': 'ForceSpaceParticleFilterThresholds: weigh the tentative particle, which decides how many are added', 'resampling_thresholds': 'ForceSpaceParticleFilterThresholds: weigh every particle when resampling', 'alpha_add': 'in (0, 1): share of the largest singular value above which a direction is added, default 0.5', 'alpha_remove': 'in (0, alpha_add]: share of it below which a direction is removed, default 0.1', 'epsilon': 'in [1e-12, 0.1]: vectors no longer than this count as zero (N for the commands), default 1e-06', 'prior_particles': 'in [0, 100000]: that each prior normal adds to an update, default 50', 'prior_std': 'rad, in (0, pi]: how sure a prior is for which nothing else is said, standard deviation per axis, default 0.1', 'friction_cone': 'FrictionConeParams: of likelihood "friction_cone", which uses nothing else but num_particles, period, epsilon and prior_std'}
     def __copy__(self) -> ForceSpaceParticleFilterParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceSpaceParticleFilterParams:
@@ -1710,7 +1698,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def alpha_add(self) -> float:
         """
-        share of the largest singular value above which a direction is added, in (0, 1), default 0.5
+        in (0, 1): share of the largest singular value above which a direction is added, default 0.5
         """
     @alpha_add.setter
     def alpha_add(self, arg1: typing.Any) -> None:
@@ -1718,7 +1706,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def alpha_remove(self) -> float:
         """
-        share below which it is removed, in (0, alpha_add], default 0.1
+        in (0, alpha_add]: share of it below which a direction is removed, default 0.1
         """
     @alpha_remove.setter
     def alpha_remove(self, arg1: typing.Any) -> None:
@@ -1726,7 +1714,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def epsilon(self) -> float:
         """
-        vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6
+        in [1e-12, 0.1]: vectors no longer than this count as zero (N for the commands), default 1e-06
         """
     @epsilon.setter
     def epsilon(self, arg1: typing.Any) -> None:
@@ -1734,7 +1722,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def friction_cone(self) -> FrictionConeParams:
         """
-        of likelihood "friction_cone"
+        FrictionConeParams: of likelihood "friction_cone", which uses nothing else but num_particles, period, epsilon and prior_std
         """
     @friction_cone.setter
     def friction_cone(self, arg1: typing.Any) -> None:
@@ -1742,7 +1730,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def likelihood(self) -> str:
         """
-        "paper" (eq. 6 to 8) or "friction_cone" (contacts with friction), default "friction_cone"
+        one of "paper", "friction_cone": eq. (6) to (8), or contacts with friction, default "friction_cone"
         """
     @likelihood.setter
     def likelihood(self, arg1: typing.Any) -> None:
@@ -1750,7 +1738,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def num_particles(self) -> int:
         """
-        n_p, 2 to 100000, default 1000
+        in [2, 100000]: n_p; the cost of an update is proportional to it, default 1000
         """
     @num_particles.setter
     def num_particles(self, arg1: typing.Any) -> None:
@@ -1758,7 +1746,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, time between updates, default 1/15
+        s, > 0: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.0666667
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -1766,7 +1754,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def prior_particles(self) -> int:
         """
-        particles that each prior normal adds to an update, 0 to 100000, default 50
+        in [0, 100000]: that each prior normal adds to an update, default 50
         """
     @prior_particles.setter
     def prior_particles(self, arg1: typing.Any) -> None:
@@ -1774,7 +1762,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def prior_std(self) -> float:
         """
-        rad, in (0, pi], how sure a prior is, default 0.1
+        rad, in (0, pi]: how sure a prior is for which nothing else is said, standard deviation per axis, default 0.1
         """
     @prior_std.setter
     def prior_std(self, arg1: typing.Any) -> None:
@@ -1782,7 +1770,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def resampling_thresholds(self) -> ForceSpaceParticleFilterThresholds:
         """
-        weigh every particle, default 0, 3 N, 0.001, 0.01 m/s
+        ForceSpaceParticleFilterThresholds: weigh every particle when resampling
         """
     @resampling_thresholds.setter
     def resampling_thresholds(self, arg1: typing.Any) -> None:
@@ -1790,7 +1778,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def scatter_mean(self) -> float:
         """
-        mean of the scatter per axis and update, -1 to 1, default 0
+        in [-1, 1]: alpha of the scatter N(alpha, Sigma): mean per axis and update, default 0
         """
     @scatter_mean.setter
     def scatter_mean(self, arg1: typing.Any) -> None:
@@ -1798,7 +1786,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def scatter_std(self) -> float:
         """
-        standard deviation of the scatter per axis and update, 0 to 1, default 0.025
+        in [0, 1]: Sigma of the scatter: standard deviation per axis and update; larger follows a turning normal faster, but spreads more, default 0.025
         """
     @scatter_std.setter
     def scatter_std(self, arg1: typing.Any) -> None:
@@ -1806,7 +1794,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def update_thresholds(self) -> ForceSpaceParticleFilterThresholds:
         """
-        weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s
+        ForceSpaceParticleFilterThresholds: weigh the tentative particle, which decides how many are added
         """
     @update_thresholds.setter
     def update_thresholds(self, arg1: typing.Any) -> None:
@@ -2025,8 +2013,7 @@ class ContactHistoryParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('period', 'cell_size', 'capacity', 'radius', 'merge_angle', 'min_age', 'std_base', 'std_growth')
-    fields: typing.ClassVar[dict] = {'period': 's, > 0, time between updates, default 1/15', 'cell_size': 'm, 1e-4 to 1: edge of the cells in which normals are averaged, default 0.02', 'capacity': 'number of cells remembered, 1 to 1000000, default 1024', 'radius': 'm, 0 to 2 cell_size: how near a memory must be to count, default 0.02', 'merge_angle': 'rad, 0.01 to 1.5: normals within it are one contact, default 0.175', 'min_age': 's, >= 0: a cell that was left more recently does not count, default 2', 'std_base': 'rad, > 0: how uncertain a memory of this very point is, default 0.1', 'std_growth': 'rad/m, >= 0: what is added per distance from the memory, default 10'}
+    fields: typing.ClassVar[dict] = {'period': 's, > 0: between updates; the caller keeps it, default 0.0666667', 'cell_size': 'm, in [0.0001, 1]: edge of the cubic cells in which normals are averaged; smaller tells closer surfaces apart, but remembers less area, default 0.02', 'capacity': 'cells, in [1, 1e+06]: how many are remembered, default 1024', 'radius': 'm, in [0, 2 cell_size]: how near a memory must be to count, default 0.02', 'merge_angle': 'rad, in [0.01, 1.5]: normals within it are one contact, default 0.175', 'min_age': 's, >= 0: a cell that was left more recently does not count, default 2', 'std_base': 'rad, > 0: how uncertain a memory of this very point is, default 0.1', 'std_growth': 'rad/m, >= 0: what is added per distance from the memory: the curvature up to which a surface is allowed for, default 10'}
     def __copy__(self) -> ContactHistoryParams:
         ...
     def __deepcopy__(self, memo: dict) -> ContactHistoryParams:
@@ -2051,7 +2038,7 @@ class ContactHistoryParams:
     @property
     def capacity(self) -> int:
         """
-        number of cells remembered, 1 to 1000000, default 1024
+        cells, in [1, 1e+06]: how many are remembered, default 1024
         """
     @capacity.setter
     def capacity(self, arg1: typing.Any) -> None:
@@ -2059,7 +2046,7 @@ class ContactHistoryParams:
     @property
     def cell_size(self) -> float:
         """
-        m, 1e-4 to 1: edge of the cells in which normals are averaged, default 0.02
+        m, in [0.0001, 1]: edge of the cubic cells in which normals are averaged; smaller tells closer surfaces apart, but remembers less area, default 0.02
         """
     @cell_size.setter
     def cell_size(self, arg1: typing.Any) -> None:
@@ -2067,7 +2054,7 @@ class ContactHistoryParams:
     @property
     def merge_angle(self) -> float:
         """
-        rad, 0.01 to 1.5: normals within it are one contact, default 0.175
+        rad, in [0.01, 1.5]: normals within it are one contact, default 0.175
         """
     @merge_angle.setter
     def merge_angle(self, arg1: typing.Any) -> None:
@@ -2083,7 +2070,7 @@ class ContactHistoryParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, time between updates, default 1/15
+        s, > 0: between updates; the caller keeps it, default 0.0666667
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -2091,7 +2078,7 @@ class ContactHistoryParams:
     @property
     def radius(self) -> float:
         """
-        m, 0 to 2 cell_size: how near a memory must be to count, default 0.02
+        m, in [0, 2 cell_size]: how near a memory must be to count, default 0.02
         """
     @radius.setter
     def radius(self, arg1: typing.Any) -> None:
@@ -2107,7 +2094,7 @@ class ContactHistoryParams:
     @property
     def std_growth(self) -> float:
         """
-        rad/m, >= 0: what is added per distance from the memory, default 10
+        rad/m, >= 0: what is added per distance from the memory: the curvature up to which a surface is allowed for, default 10
         """
     @std_growth.setter
     def std_growth(self, arg1: typing.Any) -> None:
@@ -2177,8 +2164,7 @@ class ForceTorqueAdapterParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('tool_mass', 'tool_com', 'gravity', 'cutoff', 'tare', 'tare_time', 'tare_speed', 'tare_max_force', 'tare_max_noise', 'period')
-    fields: typing.ClassVar[dict] = {'tool_mass': 'kg, >= 0: mass beyond the sensor, whose weight and inertia are removed, default 0', 'tool_com': '(3,), m, in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0, along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own low-pass (0: none), default 0", 'tare': "whether the sensor's bias is learned before anything moves; default false, in scenarios true", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest, default 0.5', 'tare_speed': 'm/s, > 0: slower than this it is at rest, default 0.005', 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias, default 10', 'tare_max_noise': 'N, > 0: noise (std per axis) with which no bias is learned, default 1', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
     def __copy__(self) -> ForceTorqueAdapterParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceTorqueAdapterParams:
@@ -2203,7 +2189,7 @@ class ForceTorqueAdapterParams:
     @property
     def cutoff(self) -> float:
         """
-        Hz, >= 0: the sensor's own low-pass (0: none), default 0
+        Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0
         """
     @cutoff.setter
     def cutoff(self, arg1: typing.Any) -> None:
@@ -2211,7 +2197,7 @@ class ForceTorqueAdapterParams:
     @property
     def gravity(self) -> float:
         """
-        m/s^2, >= 0, along -z of B, default 9.81
+        m/s^2, >= 0: along -z of B, default 9.81
         """
     @gravity.setter
     def gravity(self, arg1: typing.Any) -> None:
@@ -2219,7 +2205,7 @@ class ForceTorqueAdapterParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, default 0.001
+        s, > 0: between samples, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -2227,7 +2213,7 @@ class ForceTorqueAdapterParams:
     @property
     def tare(self) -> bool:
         """
-        whether the sensor's bias is learned before anything moves; default false, in scenarios true
+        whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false
         """
     @tare.setter
     def tare(self, arg1: typing.Any) -> None:
@@ -2235,7 +2221,7 @@ class ForceTorqueAdapterParams:
     @property
     def tare_max_force(self) -> float:
         """
-        N, > 0: a larger force on the resting tool is no bias, default 10
+        N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10
         """
     @tare_max_force.setter
     def tare_max_force(self, arg1: typing.Any) -> None:
@@ -2243,7 +2229,7 @@ class ForceTorqueAdapterParams:
     @property
     def tare_max_noise(self) -> float:
         """
-        N, > 0: noise (std per axis) with which no bias is learned, default 1
+        N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1
         """
     @tare_max_noise.setter
     def tare_max_noise(self, arg1: typing.Any) -> None:
@@ -2251,7 +2237,7 @@ class ForceTorqueAdapterParams:
     @property
     def tare_speed(self) -> float:
         """
-        m/s, > 0: slower than this it is at rest, default 0.005
+        m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005
         """
     @tare_speed.setter
     def tare_speed(self, arg1: typing.Any) -> None:
@@ -2259,7 +2245,7 @@ class ForceTorqueAdapterParams:
     @property
     def tare_time(self) -> float:
         """
-        s, in (0, 10]: how long the tool has to be at rest, default 0.5
+        s, in (0, 10]: how long the tool has to be at rest for it, default 0.5
         """
     @tare_time.setter
     def tare_time(self, arg1: typing.Any) -> None:
@@ -2267,7 +2253,7 @@ class ForceTorqueAdapterParams:
     @property
     def tool_com(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3,), m, in S: centre of that mass, default 0
+        (3,), m: in S: centre of that mass, default 0
         """
     @tool_com.setter
     def tool_com(self, arg1: typing.Any) -> None:
@@ -2275,7 +2261,7 @@ class ForceTorqueAdapterParams:
     @property
     def tool_mass(self) -> float:
         """
-        kg, >= 0: mass beyond the sensor, whose weight and inertia are removed, default 0
+        kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0
         """
     @tool_mass.setter
     def tool_mass(self, arg1: typing.Any) -> None:
@@ -2346,8 +2332,7 @@ class TimeDomainPassivityParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('enabled', 'initial_energy', 'max_energy', 'max_damping', 'damping_margin', 'actuation_delay', 'period')
-    fields: typing.ClassVar[dict] = {'enabled': 'false: energy is observed, nothing is injected; default true', 'initial_energy': 'J, [0, max_energy]: spent before damping begins, default 0.002', 'max_energy': 'J, > 0: cap of the observed energy, default 0.002', 'max_damping': 'N s/m, >= 0: injected when no energy is left, default 500', 'damping_margin': 'N s/m, [0, max_damping]: dissipation demanded on balance, default 150', 'actuation_delay': 'periods, 0 to 7: from command to its acting, default 1', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'enabled': 'false: the energy is observed, nothing is injected, default true', 'max_energy': 'J, > 0: cap of the observed energy, so that energy absorbed long ago does not pay for activity now; it stays above minus this, default 0.002', 'initial_energy': 'J, in [0, max_energy]: what the feedback may spend before it is damped, default 0.002', 'max_damping': 'N s/m, >= 0: injected when no energy is left, default 500', 'damping_margin': 'N s/m, in [0, max_damping]: dissipation that is demanded of the feedback on balance, default 150', 'actuation_delay': 'periods, in [0, 7]: from computing a command to its acting, default 1', 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> TimeDomainPassivityParams:
         ...
     def __deepcopy__(self, memo: dict) -> TimeDomainPassivityParams:
@@ -2372,7 +2357,7 @@ class TimeDomainPassivityParams:
     @property
     def actuation_delay(self) -> int:
         """
-        periods, 0 to 7: from command to its acting, default 1
+        periods, in [0, 7]: from computing a command to its acting, default 1
         """
     @actuation_delay.setter
     def actuation_delay(self, arg1: typing.Any) -> None:
@@ -2380,7 +2365,7 @@ class TimeDomainPassivityParams:
     @property
     def damping_margin(self) -> float:
         """
-        N s/m, [0, max_damping]: dissipation demanded on balance, default 150
+        N s/m, in [0, max_damping]: dissipation that is demanded of the feedback on balance, default 150
         """
     @damping_margin.setter
     def damping_margin(self, arg1: typing.Any) -> None:
@@ -2388,7 +2373,7 @@ class TimeDomainPassivityParams:
     @property
     def enabled(self) -> bool:
         """
-        false: energy is observed, nothing is injected; default true
+        false: the energy is observed, nothing is injected, default true
         """
     @enabled.setter
     def enabled(self, arg1: typing.Any) -> None:
@@ -2396,7 +2381,7 @@ class TimeDomainPassivityParams:
     @property
     def initial_energy(self) -> float:
         """
-        J, [0, max_energy]: spent before damping begins, default 0.002
+        J, in [0, max_energy]: what the feedback may spend before it is damped, default 0.002
         """
     @initial_energy.setter
     def initial_energy(self, arg1: typing.Any) -> None:
@@ -2412,7 +2397,7 @@ class TimeDomainPassivityParams:
     @property
     def max_energy(self) -> float:
         """
-        J, > 0: cap of the observed energy, default 0.002
+        J, > 0: cap of the observed energy, so that energy absorbed long ago does not pay for activity now; it stays above minus this, default 0.002
         """
     @max_energy.setter
     def max_energy(self, arg1: typing.Any) -> None:
@@ -2420,7 +2405,7 @@ class TimeDomainPassivityParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, default 0.001
+        s, > 0: between updates, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -2470,7 +2455,7 @@ class SelectionBlendParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, default 0.03', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, default 0.03', 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> SelectionBlendParams:
         ...
     def __deepcopy__(self, memo: dict) -> SelectionBlendParams:
@@ -2503,7 +2488,7 @@ class SelectionBlendParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, default 0.001
+        s, > 0: between updates, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -2547,8 +2532,7 @@ class JointLimitsParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('lower', 'upper', 'speed', 'position_margin', 'speed_margin')
-    fields: typing.ClassVar[dict] = {'lower': "(7,), rad: each joint's lower end", 'upper': "(7,), rad: each joint's upper end", 'speed': "(7,), rad/s, > 0: each joint's largest speed", 'position_margin': 'rad, >= 0: kept free at both ends, default 0.05', 'speed_margin': '[0, 1): share of `speed` kept free, default 0.1'}
+    fields: typing.ClassVar[dict] = {'lower': "(7,), rad: each joint's lower end, default [-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973]", 'upper': "(7,), rad: each joint's upper end, default [2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973]", 'speed': "(7,), rad/s, > 0: each joint's largest, default [2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61]", 'position_margin': 'rad, >= 0: kept free at both ends, default 0.05', 'speed_margin': 'in [0, 1): share of the speed kept free, default 0.1'}
     def __copy__(self) -> JointLimitsParams:
         ...
     def __deepcopy__(self, memo: dict) -> JointLimitsParams:
@@ -2573,7 +2557,7 @@ class JointLimitsParams:
     @property
     def lower(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (7,), rad: each joint's lower end
+        (7,), rad: each joint's lower end, default [-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973]
         """
     @lower.setter
     def lower(self, arg1: typing.Any) -> None:
@@ -2589,7 +2573,7 @@ class JointLimitsParams:
     @property
     def speed(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (7,), rad/s, > 0: each joint's largest speed
+        (7,), rad/s, > 0: each joint's largest, default [2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61]
         """
     @speed.setter
     def speed(self, arg1: typing.Any) -> None:
@@ -2597,7 +2581,7 @@ class JointLimitsParams:
     @property
     def speed_margin(self) -> float:
         """
-        [0, 1): share of `speed` kept free, default 0.1
+        in [0, 1): share of the speed kept free, default 0.1
         """
     @speed_margin.setter
     def speed_margin(self, arg1: typing.Any) -> None:
@@ -2605,7 +2589,7 @@ class JointLimitsParams:
     @property
     def upper(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (7,), rad: each joint's upper end
+        (7,), rad: each joint's upper end, default [2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973]
         """
     @upper.setter
     def upper(self, arg1: typing.Any) -> None:
@@ -2629,7 +2613,7 @@ class ForceLoopParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'gain': 'Kpf, >= 0, default 2.5', 'integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'damping': 'Kvf, N s/m, >= 0, default 20', 'max_proportional_force': 'N, >= 0, 0 is none: bound on |Kpf e|, default 0', 'max_integral_force': "N, >= 0: bound of the integral's force, default 10", 'integral_delay': 's, >= 0: before a new contact is integrated, default 0', 'speed_limit': 'm/s, > 0: how fast the loop may move the tool, default 0.1', 'filter_cutoff': 'Hz, >= 0: low-pass on the sensed force, 0 is off, default 100', 'release_time': 's, >= 0: in which a cut-off integral fades, default 0.03', 'passivity': 'its period is ignored', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'gain': '>= 0: Kpf, default 2.5', 'integral_gain': '1/s, >= 0: Kif, default 5.5', 'damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': 'N, >= 0: bound on |Kpf e|; 0 is none, default 0', 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'integral_delay': 's, >= 0: before a new contact is integrated, default 0', 'speed_limit': 'm/s, > 0: how fast the loop may move the tool, default 0.1', 'filter_cutoff': 'Hz, >= 0: low-pass on the sensed force; 0 is off, default 100', 'release_time': 's, >= 0: in which the force of an integral that a new selection has no room for fades to 5 %; 0 drops it at once, default 0.03', 'passivity': "TimeDomainPassivityParams: its period is ignored: the loop's own holds", 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> ForceLoopParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceLoopParams:
@@ -2654,7 +2638,7 @@ class ForceLoopParams:
     @property
     def damping(self) -> float:
         """
-        Kvf, N s/m, >= 0, default 20
+        N s/m, >= 0: Kvf, default 20
         """
     @damping.setter
     def damping(self, arg1: typing.Any) -> None:
@@ -2662,7 +2646,7 @@ class ForceLoopParams:
     @property
     def filter_cutoff(self) -> float:
         """
-        Hz, >= 0: low-pass on the sensed force, 0 is off, default 100
+        Hz, >= 0: low-pass on the sensed force; 0 is off, default 100
         """
     @filter_cutoff.setter
     def filter_cutoff(self, arg1: typing.Any) -> None:
@@ -2670,7 +2654,7 @@ class ForceLoopParams:
     @property
     def gain(self) -> float:
         """
-        Kpf, >= 0, default 2.5
+        >= 0: Kpf, default 2.5
         """
     @gain.setter
     def gain(self, arg1: typing.Any) -> None:
@@ -2686,7 +2670,7 @@ class ForceLoopParams:
     @property
     def integral_gain(self) -> float:
         """
-        Kif, 1/s, >= 0, default 5.5
+        1/s, >= 0: Kif, default 5.5
         """
     @integral_gain.setter
     def integral_gain(self, arg1: typing.Any) -> None:
@@ -2694,7 +2678,7 @@ class ForceLoopParams:
     @property
     def max_integral_force(self) -> float:
         """
-        N, >= 0: bound of the integral's force, default 10
+        N, >= 0: bound on |Kif int e|, default 10
         """
     @max_integral_force.setter
     def max_integral_force(self, arg1: typing.Any) -> None:
@@ -2702,7 +2686,7 @@ class ForceLoopParams:
     @property
     def max_proportional_force(self) -> float:
         """
-        N, >= 0, 0 is none: bound on |Kpf e|, default 0
+        N, >= 0: bound on |Kpf e|; 0 is none, default 0
         """
     @max_proportional_force.setter
     def max_proportional_force(self, arg1: typing.Any) -> None:
@@ -2710,7 +2694,7 @@ class ForceLoopParams:
     @property
     def passivity(self) -> TimeDomainPassivityParams:
         """
-        its period is ignored
+        TimeDomainPassivityParams: its period is ignored: the loop's own holds
         """
     @passivity.setter
     def passivity(self, arg1: typing.Any) -> None:
@@ -2718,7 +2702,7 @@ class ForceLoopParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, default 0.001
+        s, > 0: between updates, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -2726,7 +2710,7 @@ class ForceLoopParams:
     @property
     def release_time(self) -> float:
         """
-        s, >= 0: in which a cut-off integral fades, default 0.03
+        s, >= 0: in which the force of an integral that a new selection has no room for fades to 5 %; 0 drops it at once, default 0.03
         """
     @release_time.setter
     def release_time(self, arg1: typing.Any) -> None:
@@ -2787,8 +2771,7 @@ class OperationalSpaceControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('position_stiffness', 'position_damping', 'rotation_stiffness', 'rotation_damping', 'motion_speed_limit', 'rotation_speed_limit', 'force_gain', 'force_integral_gain', 'force_damping', 'max_proportional_force', 'max_integral_force', 'force_integral_delay', 'moment_gain', 'moment_integral_gain', 'moment_damping', 'max_proportional_moment', 'max_integral_moment', 'force_speed_limit', 'moment_speed_limit', 'force_filter_cutoff', 'feed_forward', 'selection_blend_time', 'passivity', 'force_passivity', 'moment_passivity', 'unit_mass_motion_force', 'unit_inertia_motion_moment', 'q_rest', 'posture_stiffness', 'posture_damping', 'posture_speed_limit', 'max_mass', 'characteristic_length', 'joint_limits', 'torque_limit', 'torque_rate_limit', 'torque_margin', 'period')
-    fields: typing.ClassVar[dict] = {'position_stiffness': 'Kpm, 1/s^2, >= 0, default 500', 'position_damping': 'Kvm, 1/s, >= 0, default 40', 'rotation_stiffness': '1/s^2, >= 0, default 600', 'rotation_damping': '1/s, >= 0, default 38', 'motion_speed_limit': 'm/s, >= 0, 0 is none: how fast an error of position may be closed, default 0, in scenarios 0.5', 'rotation_speed_limit': 'rad/s, >= 0: likewise of orientation, default 0, in scenarios 1', 'force_gain': 'Kpf, >= 0, default 2.5', 'force_integral_gain': 'Kif, 1/s, >= 0, default 5.5', 'force_damping': 'Kvf, N s/m, >= 0, default 20', 'max_proportional_force': 'N, >= 0, 0 is none: bound on |Kpf e|, default 0, in scenarios 20', 'max_integral_force': 'N, >= 0, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0, in scenarios 0.1', 'moment_gain': '>= 0, default 2.5', 'moment_integral_gain': '1/s, >= 0, default 5.5', 'moment_damping': 'N m s/rad, >= 0, default 0.8', 'max_proportional_moment': 'N m, >= 0, 0 is none, default 0, in scenarios 1', 'max_integral_moment': 'N m, >= 0, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100', 'feed_forward': "proxy's velocity and acceleration fed forward; false: as printed; default true", 'selection_blend_time': 's, >= 0; 0 switches at once, as printed; default 0.03', 'passivity': 'passivity controllers on; default true', 'force_passivity': 'of the force loop; its enabled and period are ignored', 'moment_passivity': 'of the moment loop; its enabled and period are ignored', 'unit_mass_motion_force': 'output motion_force is Lambda^-1 F_m; false: F_m as printed; default true', 'unit_inertia_motion_moment': 'output motion_moment is the command of a unit inertia; false: M_m, N m; default false', 'q_rest': '(7,), rad: posture in the null space', 'posture_stiffness': '1/s^2, >= 0, default 25', 'posture_damping': '1/s, >= 0, default 10', 'posture_speed_limit': 'rad/s, >= 0, 0 is none: how fast a joint may take up its posture, default 0, in scenarios 0.5', 'max_mass': 'kg, > 0: bound of the apparent mass, default 50, in scenarios 25', 'characteristic_length': 'm, > 0: turns inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams', 'torque_limit': '(7,), N m, > 0', 'torque_rate_limit': 'N m/s, > 0, default 1000', 'torque_margin': '[0, 1): share of both torque limits kept free, default 0.05', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'position_stiffness': '1/s^2, >= 0: Kpm, default 500', 'position_damping': '1/s, >= 0: Kvm, default 40', 'rotation_stiffness': '1/s^2, >= 0: Kpm of orientation, default 600', 'rotation_damping': '1/s, >= 0: Kvm of orientation, default 38', 'motion_speed_limit': 'm/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0', 'rotation_speed_limit': 'rad/s, >= 0: likewise of orientation; 0 is none, default 0', 'force_gain': '>= 0: Kpf, default 2.5', 'force_integral_gain': '1/s, >= 0: Kif, default 5.5', 'force_damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': "N, >= 0: bound on |Kpf e|, so that a force far from the reference, as of a bias, is answered no faster than the arm's torques can turn round; 0 is none, default 0", 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0', 'moment_gain': '>= 0: Kpf of moments, default 2.5', 'moment_integral_gain': '1/s, >= 0: Kif of moments, default 5.5', 'moment_damping': 'N m s/rad, >= 0: Kvf of moments, default 0.8', 'max_proportional_moment': 'N m, >= 0: bound on |Kpf e| of moments; 0 is none, default 0', 'max_integral_moment': 'N m, >= 0: bound on |Kif int e| of moments, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench; 0 is off, default 100', 'feed_forward': "true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true", 'selection_blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03', 'passivity': 'whether the passivity controllers of both loops act; they always observe, default true', 'force_passivity': 'TimeDomainPassivityParams: of the force loop; its enabled and period are ignored', 'moment_passivity': 'TimeDomainPassivityParams: of the moment loop, N m s/rad and J; its enabled and period are ignored', 'unit_mass_motion_force': 'true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, default true', 'unit_inertia_motion_moment': 'true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed, default false', 'q_rest': '(7,), rad: posture kept in the null space, default [0, -0.785398, 0, -2.35619, 0, 1.5708, 0.785398]', 'posture_stiffness': '1/s^2, >= 0: of the posture, default 25', 'posture_damping': '1/s, >= 0: of the posture, default 10', 'posture_speed_limit': 'rad/s, >= 0: how fast a joint may take up its posture; 0 is none, default 0', 'max_mass': 'kg, > 0: apparent masses up to here are exact; beyond, towards a singularity, the apparent mass falls to zero, default 50', 'characteristic_length': 'm, > 0: lever that turns rotational inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams: ends and speeds of the joints', 'torque_limit': '(7,), N m, > 0: of each joint, default [87, 87, 87, 87, 12, 12, 12]', 'torque_rate_limit': 'N m/s, > 0: of each joint, default 1000', 'torque_margin': 'in [0, 1): share of both torque limits that is kept free, default 0.05', 'period': 's, > 0: of control, default 0.001'}
     def __copy__(self) -> OperationalSpaceControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperationalSpaceControllerParams:
@@ -2813,7 +2796,7 @@ class OperationalSpaceControllerParams:
     @property
     def characteristic_length(self) -> float:
         """
-        m, > 0: turns inertia into mass for max_mass, default 0.2
+        m, > 0: lever that turns rotational inertia into mass for max_mass, default 0.2
         """
     @characteristic_length.setter
     def characteristic_length(self, arg1: typing.Any) -> None:
@@ -2821,7 +2804,7 @@ class OperationalSpaceControllerParams:
     @property
     def feed_forward(self) -> bool:
         """
-        proxy's velocity and acceleration fed forward; false: as printed; default true
+        true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true
         """
     @feed_forward.setter
     def feed_forward(self, arg1: typing.Any) -> None:
@@ -2829,7 +2812,7 @@ class OperationalSpaceControllerParams:
     @property
     def force_damping(self) -> float:
         """
-        Kvf, N s/m, >= 0, default 20
+        N s/m, >= 0: Kvf, default 20
         """
     @force_damping.setter
     def force_damping(self, arg1: typing.Any) -> None:
@@ -2837,7 +2820,7 @@ class OperationalSpaceControllerParams:
     @property
     def force_filter_cutoff(self) -> float:
         """
-        Hz, >= 0: low-pass on the sensed wrench, 0 is off, default 100
+        Hz, >= 0: low-pass on the sensed wrench; 0 is off, default 100
         """
     @force_filter_cutoff.setter
     def force_filter_cutoff(self, arg1: typing.Any) -> None:
@@ -2845,7 +2828,7 @@ class OperationalSpaceControllerParams:
     @property
     def force_gain(self) -> float:
         """
-        Kpf, >= 0, default 2.5
+        >= 0: Kpf, default 2.5
         """
     @force_gain.setter
     def force_gain(self, arg1: typing.Any) -> None:
@@ -2853,7 +2836,7 @@ class OperationalSpaceControllerParams:
     @property
     def force_integral_delay(self) -> float:
         """
-        s, >= 0: before forces and moments of a new contact are integrated, default 0, in scenarios 0.1
+        s, >= 0: before forces and moments of a new contact are integrated, default 0
         """
     @force_integral_delay.setter
     def force_integral_delay(self, arg1: typing.Any) -> None:
@@ -2861,7 +2844,7 @@ class OperationalSpaceControllerParams:
     @property
     def force_integral_gain(self) -> float:
         """
-        Kif, 1/s, >= 0, default 5.5
+        1/s, >= 0: Kif, default 5.5
         """
     @force_integral_gain.setter
     def force_integral_gain(self, arg1: typing.Any) -> None:
@@ -2869,7 +2852,7 @@ class OperationalSpaceControllerParams:
     @property
     def force_passivity(self) -> TimeDomainPassivityParams:
         """
-        of the force loop; its enabled and period are ignored
+        TimeDomainPassivityParams: of the force loop; its enabled and period are ignored
         """
     @force_passivity.setter
     def force_passivity(self, arg1: typing.Any) -> None:
@@ -2885,7 +2868,7 @@ class OperationalSpaceControllerParams:
     @property
     def joint_limits(self) -> JointLimitsParams:
         """
-        JointLimitsParams
+        JointLimitsParams: ends and speeds of the joints
         """
     @joint_limits.setter
     def joint_limits(self, arg1: typing.Any) -> None:
@@ -2893,7 +2876,7 @@ class OperationalSpaceControllerParams:
     @property
     def max_integral_force(self) -> float:
         """
-        N, >= 0, default 10
+        N, >= 0: bound on |Kif int e|, default 10
         """
     @max_integral_force.setter
     def max_integral_force(self, arg1: typing.Any) -> None:
@@ -2901,7 +2884,7 @@ class OperationalSpaceControllerParams:
     @property
     def max_integral_moment(self) -> float:
         """
-        N m, >= 0, default 1
+        N m, >= 0: bound on |Kif int e| of moments, default 1
         """
     @max_integral_moment.setter
     def max_integral_moment(self, arg1: typing.Any) -> None:
@@ -2909,7 +2892,7 @@ class OperationalSpaceControllerParams:
     @property
     def max_mass(self) -> float:
         """
-        kg, > 0: bound of the apparent mass, default 50, in scenarios 25
+        kg, > 0: apparent masses up to here are exact; beyond, towards a singularity, the apparent mass falls to zero, default 50
         """
     @max_mass.setter
     def max_mass(self, arg1: typing.Any) -> None:
@@ -2917,7 +2900,7 @@ class OperationalSpaceControllerParams:
     @property
     def max_proportional_force(self) -> float:
         """
-        N, >= 0, 0 is none: bound on |Kpf e|, default 0, in scenarios 20
+        N, >= 0: bound on |Kpf e|, so that a force far from the reference, as of a bias, is answered no faster than the arm's torques can turn round; 0 is none, default 0
         """
     @max_proportional_force.setter
     def max_proportional_force(self, arg1: typing.Any) -> None:
@@ -2925,7 +2908,7 @@ class OperationalSpaceControllerParams:
     @property
     def max_proportional_moment(self) -> float:
         """
-        N m, >= 0, 0 is none, default 0, in scenarios 1
+        N m, >= 0: bound on |Kpf e| of moments; 0 is none, default 0
         """
     @max_proportional_moment.setter
     def max_proportional_moment(self, arg1: typing.Any) -> None:
@@ -2933,7 +2916,7 @@ class OperationalSpaceControllerParams:
     @property
     def moment_damping(self) -> float:
         """
-        N m s/rad, >= 0, default 0.8
+        N m s/rad, >= 0: Kvf of moments, default 0.8
         """
     @moment_damping.setter
     def moment_damping(self, arg1: typing.Any) -> None:
@@ -2941,7 +2924,7 @@ class OperationalSpaceControllerParams:
     @property
     def moment_gain(self) -> float:
         """
-        >= 0, default 2.5
+        >= 0: Kpf of moments, default 2.5
         """
     @moment_gain.setter
     def moment_gain(self, arg1: typing.Any) -> None:
@@ -2949,7 +2932,7 @@ class OperationalSpaceControllerParams:
     @property
     def moment_integral_gain(self) -> float:
         """
-        1/s, >= 0, default 5.5
+        1/s, >= 0: Kif of moments, default 5.5
         """
     @moment_integral_gain.setter
     def moment_integral_gain(self, arg1: typing.Any) -> None:
@@ -2957,7 +2940,7 @@ class OperationalSpaceControllerParams:
     @property
     def moment_passivity(self) -> TimeDomainPassivityParams:
         """
-        of the moment loop; its enabled and period are ignored
+        TimeDomainPassivityParams: of the moment loop, N m s/rad and J; its enabled and period are ignored
         """
     @moment_passivity.setter
     def moment_passivity(self, arg1: typing.Any) -> None:
@@ -2973,7 +2956,7 @@ class OperationalSpaceControllerParams:
     @property
     def motion_speed_limit(self) -> float:
         """
-        m/s, >= 0, 0 is none: how fast an error of position may be closed, default 0, in scenarios 0.5
+        m/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0
         """
     @motion_speed_limit.setter
     def motion_speed_limit(self, arg1: typing.Any) -> None:
@@ -2981,7 +2964,7 @@ class OperationalSpaceControllerParams:
     @property
     def passivity(self) -> bool:
         """
-        passivity controllers on; default true
+        whether the passivity controllers of both loops act; they always observe, default true
         """
     @passivity.setter
     def passivity(self, arg1: typing.Any) -> None:
@@ -2989,7 +2972,7 @@ class OperationalSpaceControllerParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, default 0.001
+        s, > 0: of control, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -2997,7 +2980,7 @@ class OperationalSpaceControllerParams:
     @property
     def position_damping(self) -> float:
         """
-        Kvm, 1/s, >= 0, default 40
+        1/s, >= 0: Kvm, default 40
         """
     @position_damping.setter
     def position_damping(self, arg1: typing.Any) -> None:
@@ -3005,7 +2988,7 @@ class OperationalSpaceControllerParams:
     @property
     def position_stiffness(self) -> float:
         """
-        Kpm, 1/s^2, >= 0, default 500
+        1/s^2, >= 0: Kpm, default 500
         """
     @position_stiffness.setter
     def position_stiffness(self, arg1: typing.Any) -> None:
@@ -3013,7 +2996,7 @@ class OperationalSpaceControllerParams:
     @property
     def posture_damping(self) -> float:
         """
-        1/s, >= 0, default 10
+        1/s, >= 0: of the posture, default 10
         """
     @posture_damping.setter
     def posture_damping(self, arg1: typing.Any) -> None:
@@ -3021,7 +3004,7 @@ class OperationalSpaceControllerParams:
     @property
     def posture_speed_limit(self) -> float:
         """
-        rad/s, >= 0, 0 is none: how fast a joint may take up its posture, default 0, in scenarios 0.5
+        rad/s, >= 0: how fast a joint may take up its posture; 0 is none, default 0
         """
     @posture_speed_limit.setter
     def posture_speed_limit(self, arg1: typing.Any) -> None:
@@ -3029,7 +3012,7 @@ class OperationalSpaceControllerParams:
     @property
     def posture_stiffness(self) -> float:
         """
-        1/s^2, >= 0, default 25
+        1/s^2, >= 0: of the posture, default 25
         """
     @posture_stiffness.setter
     def posture_stiffness(self, arg1: typing.Any) -> None:
@@ -3037,7 +3020,7 @@ class OperationalSpaceControllerParams:
     @property
     def q_rest(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (7,), rad: posture in the null space
+        (7,), rad: posture kept in the null space, default [0, -0.785398, 0, -2.35619, 0, 1.5708, 0.785398]
         """
     @q_rest.setter
     def q_rest(self, arg1: typing.Any) -> None:
@@ -3045,7 +3028,7 @@ class OperationalSpaceControllerParams:
     @property
     def rotation_damping(self) -> float:
         """
-        1/s, >= 0, default 38
+        1/s, >= 0: Kvm of orientation, default 38
         """
     @rotation_damping.setter
     def rotation_damping(self, arg1: typing.Any) -> None:
@@ -3053,7 +3036,7 @@ class OperationalSpaceControllerParams:
     @property
     def rotation_speed_limit(self) -> float:
         """
-        rad/s, >= 0: likewise of orientation, default 0, in scenarios 1
+        rad/s, >= 0: likewise of orientation; 0 is none, default 0
         """
     @rotation_speed_limit.setter
     def rotation_speed_limit(self, arg1: typing.Any) -> None:
@@ -3061,7 +3044,7 @@ class OperationalSpaceControllerParams:
     @property
     def rotation_stiffness(self) -> float:
         """
-        1/s^2, >= 0, default 600
+        1/s^2, >= 0: Kpm of orientation, default 600
         """
     @rotation_stiffness.setter
     def rotation_stiffness(self, arg1: typing.Any) -> None:
@@ -3069,7 +3052,7 @@ class OperationalSpaceControllerParams:
     @property
     def selection_blend_time(self) -> float:
         """
-        s, >= 0; 0 switches at once, as printed; default 0.03
+        s, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03
         """
     @selection_blend_time.setter
     def selection_blend_time(self, arg1: typing.Any) -> None:
@@ -3077,7 +3060,7 @@ class OperationalSpaceControllerParams:
     @property
     def torque_limit(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (7,), N m, > 0
+        (7,), N m, > 0: of each joint, default [87, 87, 87, 87, 12, 12, 12]
         """
     @torque_limit.setter
     def torque_limit(self, arg1: typing.Any) -> None:
@@ -3085,7 +3068,7 @@ class OperationalSpaceControllerParams:
     @property
     def torque_margin(self) -> float:
         """
-        [0, 1): share of both torque limits kept free, default 0.05
+        in [0, 1): share of both torque limits that is kept free, default 0.05
         """
     @torque_margin.setter
     def torque_margin(self, arg1: typing.Any) -> None:
@@ -3093,7 +3076,7 @@ class OperationalSpaceControllerParams:
     @property
     def torque_rate_limit(self) -> float:
         """
-        N m/s, > 0, default 1000
+        N m/s, > 0: of each joint, default 1000
         """
     @torque_rate_limit.setter
     def torque_rate_limit(self, arg1: typing.Any) -> None:
@@ -3101,7 +3084,7 @@ class OperationalSpaceControllerParams:
     @property
     def unit_inertia_motion_moment(self) -> bool:
         """
-        output motion_moment is the command of a unit inertia; false: M_m, N m; default false
+        true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed, default false
         """
     @unit_inertia_motion_moment.setter
     def unit_inertia_motion_moment(self, arg1: typing.Any) -> None:
@@ -3109,7 +3092,7 @@ class OperationalSpaceControllerParams:
     @property
     def unit_mass_motion_force(self) -> bool:
         """
-        output motion_force is Lambda^-1 F_m; false: F_m as printed; default true
+        true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, default true
         """
     @unit_mass_motion_force.setter
     def unit_mass_motion_force(self, arg1: typing.Any) -> None:
@@ -3345,8 +3328,7 @@ class HapticControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('force_damping', 'max_force', 'max_moment', 'period')
-    fields: typing.ClassVar[dict] = {'force_damping': 'Kvf_h, N s/m, >= 0, default 27', 'max_force': 'N, >= 0, default 12', 'max_moment': 'N m, >= 0, default 0', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'force_damping': "N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum, default 27", 'max_force': "N, >= 0: the device's maximum, default 12", 'max_moment': 'N m, >= 0: 0 for a device without moments, default 0', 'period': "s, > 0: of the device's control, default 0.001"}
     def __copy__(self) -> HapticControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> HapticControllerParams:
@@ -3371,7 +3353,7 @@ class HapticControllerParams:
     @property
     def force_damping(self) -> float:
         """
-        Kvf_h, N s/m, >= 0, default 27
+        N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum, default 27
         """
     @force_damping.setter
     def force_damping(self, arg1: typing.Any) -> None:
@@ -3379,7 +3361,7 @@ class HapticControllerParams:
     @property
     def max_force(self) -> float:
         """
-        N, >= 0, default 12
+        N, >= 0: the device's maximum, default 12
         """
     @max_force.setter
     def max_force(self, arg1: typing.Any) -> None:
@@ -3387,7 +3369,7 @@ class HapticControllerParams:
     @property
     def max_moment(self) -> float:
         """
-        N m, >= 0, default 0
+        N m, >= 0: 0 for a device without moments, default 0
         """
     @max_moment.setter
     def max_moment(self, arg1: typing.Any) -> None:
@@ -3395,7 +3377,7 @@ class HapticControllerParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, default 0.001
+        s, > 0: of the device's control, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -3519,8 +3501,7 @@ class SimulatedHapticDeviceParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('hand_mass', 'hand_stiffness', 'hand_damping', 'device_mass', 'device_damping', 'max_force', 'workspace_radius', 'workspace_half_length', 'resolution', 'velocity_cutoff', 'period')
-    fields: typing.ClassVar[dict] = {'hand_mass': 'kg, > 0, default 0.5', 'hand_stiffness': 'K, N/m, >= 0: pull to the intended position, default 600', 'hand_damping': 'B, N s/m, >= 0: pull to the intended velocity, default 30', 'device_mass': 'kg, > 0, at the handle, default 0.25', 'device_damping': 'N s/m, >= 0: friction of the device, default 1', 'max_force': 'N, >= 0: no larger force leaves the device, default 12', 'workspace_radius': 'm, > 0, about the x axis of D, default 0.08', 'workspace_half_length': 'm, > 0, along the x axis of D, default 0.055', 'resolution': 'm, >= 0: step of the position reading, default 1e-5', 'velocity_cutoff': 'Hz, >= 0: low-pass of the velocity reading (0: none), default 20', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'hand_mass': 'kg, > 0: moving mass of the hand, default 0.5', 'hand_stiffness': 'N/m, >= 0: K of the pull to the intended position; a soft hand has 300, a firm one 600, default 600', 'hand_damping': 'N s/m, >= 0: B of the pull to the intended velocity, 10 to 30, default 30', 'device_mass': 'kg, > 0: moving mass of the device at the handle, default 0.25', 'device_damping': 'N s/m, >= 0: friction of the device, as viscous damping to its base, default 1', 'max_force': 'N, >= 0: no larger force leaves the device, whatever is commanded, default 12', 'workspace_radius': 'm, > 0: about the x axis of D, default 0.08', 'workspace_half_length': 'm, > 0: along the x axis of D, default 0.055', 'resolution': 'm, >= 0: step of the position reading; 0 is none, default 1e-05', 'velocity_cutoff': 'Hz, >= 0: low-pass of the velocity reading; 0 is none, default 20', 'period': 's, > 0: of control, default 0.001'}
     def __copy__(self) -> SimulatedHapticDeviceParams:
         ...
     def __deepcopy__(self, memo: dict) -> SimulatedHapticDeviceParams:
@@ -3545,7 +3526,7 @@ class SimulatedHapticDeviceParams:
     @property
     def device_damping(self) -> float:
         """
-        N s/m, >= 0: friction of the device, default 1
+        N s/m, >= 0: friction of the device, as viscous damping to its base, default 1
         """
     @device_damping.setter
     def device_damping(self, arg1: typing.Any) -> None:
@@ -3553,7 +3534,7 @@ class SimulatedHapticDeviceParams:
     @property
     def device_mass(self) -> float:
         """
-        kg, > 0, at the handle, default 0.25
+        kg, > 0: moving mass of the device at the handle, default 0.25
         """
     @device_mass.setter
     def device_mass(self, arg1: typing.Any) -> None:
@@ -3561,7 +3542,7 @@ class SimulatedHapticDeviceParams:
     @property
     def hand_damping(self) -> float:
         """
-        B, N s/m, >= 0: pull to the intended velocity, default 30
+        N s/m, >= 0: B of the pull to the intended velocity, 10 to 30, default 30
         """
     @hand_damping.setter
     def hand_damping(self, arg1: typing.Any) -> None:
@@ -3569,7 +3550,7 @@ class SimulatedHapticDeviceParams:
     @property
     def hand_mass(self) -> float:
         """
-        kg, > 0, default 0.5
+        kg, > 0: moving mass of the hand, default 0.5
         """
     @hand_mass.setter
     def hand_mass(self, arg1: typing.Any) -> None:
@@ -3577,7 +3558,7 @@ class SimulatedHapticDeviceParams:
     @property
     def hand_stiffness(self) -> float:
         """
-        K, N/m, >= 0: pull to the intended position, default 600
+        N/m, >= 0: K of the pull to the intended position; a soft hand has 300, a firm one 600, default 600
         """
     @hand_stiffness.setter
     def hand_stiffness(self, arg1: typing.Any) -> None:
@@ -3585,7 +3566,7 @@ class SimulatedHapticDeviceParams:
     @property
     def max_force(self) -> float:
         """
-        N, >= 0: no larger force leaves the device, default 12
+        N, >= 0: no larger force leaves the device, whatever is commanded, default 12
         """
     @max_force.setter
     def max_force(self, arg1: typing.Any) -> None:
@@ -3593,7 +3574,7 @@ class SimulatedHapticDeviceParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, default 0.001
+        s, > 0: of control, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -3601,7 +3582,7 @@ class SimulatedHapticDeviceParams:
     @property
     def resolution(self) -> float:
         """
-        m, >= 0: step of the position reading, default 1e-5
+        m, >= 0: step of the position reading; 0 is none, default 1e-05
         """
     @resolution.setter
     def resolution(self, arg1: typing.Any) -> None:
@@ -3609,7 +3590,7 @@ class SimulatedHapticDeviceParams:
     @property
     def velocity_cutoff(self) -> float:
         """
-        Hz, >= 0: low-pass of the velocity reading (0: none), default 20
+        Hz, >= 0: low-pass of the velocity reading; 0 is none, default 20
         """
     @velocity_cutoff.setter
     def velocity_cutoff(self, arg1: typing.Any) -> None:
@@ -3617,7 +3598,7 @@ class SimulatedHapticDeviceParams:
     @property
     def workspace_half_length(self) -> float:
         """
-        m, > 0, along the x axis of D, default 0.055
+        m, > 0: along the x axis of D, default 0.055
         """
     @workspace_half_length.setter
     def workspace_half_length(self, arg1: typing.Any) -> None:
@@ -3625,7 +3606,7 @@ class SimulatedHapticDeviceParams:
     @property
     def workspace_radius(self) -> float:
         """
-        m, > 0, about the x axis of D, default 0.08
+        m, > 0: about the x axis of D, default 0.08
         """
     @workspace_radius.setter
     def workspace_radius(self, arg1: typing.Any) -> None:
@@ -3700,8 +3681,7 @@ class ForceTorqueSensorParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('force_noise_std', 'moment_noise_std', 'force_bias', 'moment_bias', 'tool_mass', 'tool_com', 'gravity', 'cutoff', 'tare', 'tare_time', 'tare_speed', 'tare_max_force', 'tare_max_noise', 'period')
-    fields: typing.ClassVar[dict] = {'force_noise_std': 'N, >= 0, per axis and sample, default 0.2', 'moment_noise_std': 'N m, >= 0, per axis and sample, default 0.005', 'force_bias': '(3,), N, in S, default 0', 'moment_bias': '(3,), N m, in S, default 0', 'tool_mass': 'kg, >= 0: mass beyond the sensor, whose weight and inertia are removed, default 0', 'tool_com': '(3,), m, in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0, along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own low-pass (0: none), default 0", 'tare': "whether the sensor's bias is learned before anything moves; default false, in scenarios true", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest, default 0.5', 'tare_speed': 'm/s, > 0: slower than this it is at rest, default 0.005', 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias, default 10', 'tare_max_noise': 'N, > 0: noise (std per axis) with which no bias is learned, default 1', 'period': 's, > 0, default 0.001'}
+    fields: typing.ClassVar[dict] = {'force_noise_std': 'N, >= 0: standard deviation of white noise per axis and sample, default 0.2', 'moment_noise_std': 'N m, >= 0: likewise of moments, default 0.005', 'force_bias': '(3,), N: in S: constant error, default 0', 'moment_bias': '(3,), N m: in S: constant error, default 0', 'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
     def __copy__(self) -> ForceTorqueSensorParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceTorqueSensorParams:
@@ -3726,7 +3706,7 @@ class ForceTorqueSensorParams:
     @property
     def cutoff(self) -> float:
         """
-        Hz, >= 0: the sensor's own low-pass (0: none), default 0
+        Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0
         """
     @cutoff.setter
     def cutoff(self, arg1: typing.Any) -> None:
@@ -3734,7 +3714,7 @@ class ForceTorqueSensorParams:
     @property
     def force_bias(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3,), N, in S, default 0
+        (3,), N: in S: constant error, default 0
         """
     @force_bias.setter
     def force_bias(self, arg1: typing.Any) -> None:
@@ -3742,7 +3722,7 @@ class ForceTorqueSensorParams:
     @property
     def force_noise_std(self) -> float:
         """
-        N, >= 0, per axis and sample, default 0.2
+        N, >= 0: standard deviation of white noise per axis and sample, default 0.2
         """
     @force_noise_std.setter
     def force_noise_std(self, arg1: typing.Any) -> None:
@@ -3750,7 +3730,7 @@ class ForceTorqueSensorParams:
     @property
     def gravity(self) -> float:
         """
-        m/s^2, >= 0, along -z of B, default 9.81
+        m/s^2, >= 0: along -z of B, default 9.81
         """
     @gravity.setter
     def gravity(self, arg1: typing.Any) -> None:
@@ -3758,7 +3738,7 @@ class ForceTorqueSensorParams:
     @property
     def moment_bias(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3,), N m, in S, default 0
+        (3,), N m: in S: constant error, default 0
         """
     @moment_bias.setter
     def moment_bias(self, arg1: typing.Any) -> None:
@@ -3766,7 +3746,7 @@ class ForceTorqueSensorParams:
     @property
     def moment_noise_std(self) -> float:
         """
-        N m, >= 0, per axis and sample, default 0.005
+        N m, >= 0: likewise of moments, default 0.005
         """
     @moment_noise_std.setter
     def moment_noise_std(self, arg1: typing.Any) -> None:
@@ -3774,7 +3754,7 @@ class ForceTorqueSensorParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, default 0.001
+        s, > 0: between samples, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -3782,7 +3762,7 @@ class ForceTorqueSensorParams:
     @property
     def tare(self) -> bool:
         """
-        whether the sensor's bias is learned before anything moves; default false, in scenarios true
+        whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false
         """
     @tare.setter
     def tare(self, arg1: typing.Any) -> None:
@@ -3790,7 +3770,7 @@ class ForceTorqueSensorParams:
     @property
     def tare_max_force(self) -> float:
         """
-        N, > 0: a larger force on the resting tool is no bias, default 10
+        N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10
         """
     @tare_max_force.setter
     def tare_max_force(self, arg1: typing.Any) -> None:
@@ -3798,7 +3778,7 @@ class ForceTorqueSensorParams:
     @property
     def tare_max_noise(self) -> float:
         """
-        N, > 0: noise (std per axis) with which no bias is learned, default 1
+        N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1
         """
     @tare_max_noise.setter
     def tare_max_noise(self, arg1: typing.Any) -> None:
@@ -3806,7 +3786,7 @@ class ForceTorqueSensorParams:
     @property
     def tare_speed(self) -> float:
         """
-        m/s, > 0: slower than this it is at rest, default 0.005
+        m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005
         """
     @tare_speed.setter
     def tare_speed(self, arg1: typing.Any) -> None:
@@ -3814,7 +3794,7 @@ class ForceTorqueSensorParams:
     @property
     def tare_time(self) -> float:
         """
-        s, in (0, 10]: how long the tool has to be at rest, default 0.5
+        s, in (0, 10]: how long the tool has to be at rest for it, default 0.5
         """
     @tare_time.setter
     def tare_time(self, arg1: typing.Any) -> None:
@@ -3822,7 +3802,7 @@ class ForceTorqueSensorParams:
     @property
     def tool_com(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3,), m, in S: centre of that mass, default 0
+        (3,), m: in S: centre of that mass, default 0
         """
     @tool_com.setter
     def tool_com(self, arg1: typing.Any) -> None:
@@ -3830,7 +3810,7 @@ class ForceTorqueSensorParams:
     @property
     def tool_mass(self) -> float:
         """
-        kg, >= 0: mass beyond the sensor, whose weight and inertia are removed, default 0
+        kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0
         """
     @tool_mass.setter
     def tool_mass(self, arg1: typing.Any) -> None:
@@ -3901,7 +3881,7 @@ class ContactSurfaceParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'shape': '"plane" (solid where z < 0), "cylinder" (about x, endless) or "box", in the surface\'s frame', 'position': "(3,), m, in B: origin of the surface's frame", 'rotation': "(3, 3): rotation of the surface's frame in B", 'radius': 'm, > 0: of the cylinder, default 0.1', 'half_size': '(3,), m, > 0: of the box, default 0.1', 'stiffness': 'N/m, > 0, default 5000', 'dissipation': 's/m, >= 0: share by which the normal force grows per m/s of sinking in, default 2', 'friction': 'mu, >= 0, default 0', 'stiction_speed': 'm/s, > 0: below it friction grows linearly, default 0.01'}
+    fields: typing.ClassVar[dict] = {'shape': 'one of "plane", "cylinder", "box": in the surface\'s frame: solid where z < 0, about x and endless, or with sides along its axes, default "plane"', 'position': "(3,), m: in B: origin of the surface's frame, default 0", 'rotation': "(3, 3), a rotation matrix: of the surface's frame in B, default identity", 'radius': 'm, > 0: of the cylinder, default 0.1', 'half_size': '(3,), m, > 0: of the box, default 0.1', 'stiffness': 'N/m, > 0: normal force per depth, default 5000', 'dissipation': 's/m, >= 0: share by which the normal force grows per m/s of sinking in, default 2', 'friction': '>= 0: mu of Coulomb friction, static and kinetic, default 0', 'stiction_speed': 'm/s, > 0: below it friction grows linearly with the sliding speed, which stands in for sticking, default 0.01'}
     def __copy__(self) -> ContactSurfaceParams:
         ...
     def __deepcopy__(self, memo: dict) -> ContactSurfaceParams:
@@ -3934,7 +3914,7 @@ class ContactSurfaceParams:
     @property
     def friction(self) -> float:
         """
-        mu, >= 0, default 0
+        >= 0: mu of Coulomb friction, static and kinetic, default 0
         """
     @friction.setter
     def friction(self, arg1: typing.Any) -> None:
@@ -3950,7 +3930,7 @@ class ContactSurfaceParams:
     @property
     def position(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3,), m, in B: origin of the surface's frame
+        (3,), m: in B: origin of the surface's frame, default 0
         """
     @position.setter
     def position(self, arg1: typing.Any) -> None:
@@ -3966,7 +3946,7 @@ class ContactSurfaceParams:
     @property
     def rotation(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3, 3): rotation of the surface's frame in B
+        (3, 3), a rotation matrix: of the surface's frame in B, default identity
         """
     @rotation.setter
     def rotation(self, arg1: typing.Any) -> None:
@@ -3974,7 +3954,7 @@ class ContactSurfaceParams:
     @property
     def shape(self) -> str:
         """
-        "plane" (solid where z < 0), "cylinder" (about x, endless) or "box", in the surface's frame
+        one of "plane", "cylinder", "box": in the surface's frame: solid where z < 0, about x and endless, or with sides along its axes, default "plane"
         """
     @shape.setter
     def shape(self, arg1: typing.Any) -> None:
@@ -3982,7 +3962,7 @@ class ContactSurfaceParams:
     @property
     def stiction_speed(self) -> float:
         """
-        m/s, > 0: below it friction grows linearly, default 0.01
+        m/s, > 0: below it friction grows linearly with the sliding speed, which stands in for sticking, default 0.01
         """
     @stiction_speed.setter
     def stiction_speed(self, arg1: typing.Any) -> None:
@@ -3990,7 +3970,7 @@ class ContactSurfaceParams:
     @property
     def stiffness(self) -> float:
         """
-        N/m, > 0, default 5000
+        N/m, > 0: normal force per depth, default 5000
         """
     @stiffness.setter
     def stiffness(self, arg1: typing.Any) -> None:
@@ -4038,7 +4018,7 @@ class ContactSceneParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'surfaces': 'up to 8 ContactSurfaceParams, default none; read as a tuple of copies', 'tool_radius': 'm, >= 0: radius of the spherical tool, default 0'}
+    fields: typing.ClassVar[dict] = {'surfaces': 'list of ContactSurfaceParams: up to 8; two that meet make an inner corner; none: free space', 'tool_radius': 'm, >= 0: of the spherical tool, default 0'}
     def __copy__(self) -> ContactSceneParams:
         ...
     def __deepcopy__(self, memo: dict) -> ContactSceneParams:
@@ -4063,7 +4043,7 @@ class ContactSceneParams:
     @property
     def surfaces(self) -> tuple:
         """
-        up to 8 ContactSurfaceParams, default none; read as a tuple of copies
+        list of ContactSurfaceParams: up to 8; two that meet make an inner corner; none: free space
         """
     @surfaces.setter
     def surfaces(self, arg1: typing.Any) -> None:
@@ -4071,7 +4051,7 @@ class ContactSceneParams:
     @property
     def tool_radius(self) -> float:
         """
-        m, >= 0: radius of the spherical tool, default 0
+        m, >= 0: of the spherical tool, default 0
         """
     @tool_radius.setter
     def tool_radius(self, arg1: typing.Any) -> None:
@@ -4145,7 +4125,7 @@ class PointRobotParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'mass': 'kg, > 0, default 1', 'period': 's, > 0, default 0.001', 'substeps': 'integration steps per period, 1 to 1000, default 4'}
+    fields: typing.ClassVar[dict] = {'mass': 'kg, > 0: of the robot, default 1', 'period': 's, > 0: of control, over which the force is held, default 0.001', 'substeps': 'in [1, 1000]: integration steps per period: the contact is stable while stiffness (period / substeps)^2 / mass < 4, and accurate well below, default 4'}
     def __copy__(self) -> PointRobotParams:
         ...
     def __deepcopy__(self, memo: dict) -> PointRobotParams:
@@ -4170,7 +4150,7 @@ class PointRobotParams:
     @property
     def mass(self) -> float:
         """
-        kg, > 0, default 1
+        kg, > 0: of the robot, default 1
         """
     @mass.setter
     def mass(self, arg1: typing.Any) -> None:
@@ -4178,7 +4158,7 @@ class PointRobotParams:
     @property
     def period(self) -> float:
         """
-        s, > 0, default 0.001
+        s, > 0: of control, over which the force is held, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -4186,7 +4166,7 @@ class PointRobotParams:
     @property
     def substeps(self) -> int:
         """
-        integration steps per period, 1 to 1000, default 4
+        in [1, 1000]: integration steps per period: the contact is stable while stiffness (period / substeps)^2 / mass < 4, and accurate well below, default 4
         """
     @substeps.setter
     def substeps(self, arg1: typing.Any) -> None:
@@ -4245,8 +4225,7 @@ class PositionForceHapticSideParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('map', 'link', 'force_scale', 'max_force')
-    fields: typing.ClassVar[dict] = {'map': 'only its R_DB matters', 'link': 'link monitor', 'force_scale': "share of the robot's force that the hand feels, >= 0, default 0.4", 'max_force': 'bound on the force on the hand, N, >= 0, default 12'}
+    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams: only its R_DB matters', 'link': 'LinkMonitorParams: what counts as a good message', 'force_scale': ">= 0: share of the robot's force that the hand feels, default 0.4", 'max_force': 'N, >= 0: bound on the force on the hand, default 12'}
     def __copy__(self) -> PositionForceHapticSideParams:
         ...
     def __deepcopy__(self, memo: dict) -> PositionForceHapticSideParams:
@@ -4271,7 +4250,7 @@ class PositionForceHapticSideParams:
     @property
     def force_scale(self) -> float:
         """
-        share of the robot's force that the hand feels, >= 0, default 0.4
+        >= 0: share of the robot's force that the hand feels, default 0.4
         """
     @force_scale.setter
     def force_scale(self, arg1: typing.Any) -> None:
@@ -4279,7 +4258,7 @@ class PositionForceHapticSideParams:
     @property
     def link(self) -> LinkMonitorParams:
         """
-        link monitor
+        LinkMonitorParams: what counts as a good message
         """
     @link.setter
     def link(self, arg1: typing.Any) -> None:
@@ -4287,7 +4266,7 @@ class PositionForceHapticSideParams:
     @property
     def map(self) -> WorkspaceMapParams:
         """
-        only its R_DB matters
+        WorkspaceMapParams: only its R_DB matters
         """
     @map.setter
     def map(self, arg1: typing.Any) -> None:
@@ -4295,7 +4274,7 @@ class PositionForceHapticSideParams:
     @property
     def max_force(self) -> float:
         """
-        bound on the force on the hand, N, >= 0, default 12
+        N, >= 0: bound on the force on the hand, default 12
         """
     @max_force.setter
     def max_force(self, arg1: typing.Any) -> None:
@@ -4390,7 +4369,7 @@ class RobotSideParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'sender': 'PoseSenderParams', 'filter_period': "s, >= period: over which the filter's inputs are averaged, default 1/15", 'angular_filter_period': 's, >= period: the same of the angular filter; 0, the default, is without one'}
+    fields: typing.ClassVar[dict] = {'proxy': 'RobotSideProxyParams: its half of the scheme', 'controller': 'OperationalSpaceControllerParams: of the robot', 'sender': 'PoseSenderParams: of its poses', 'filter_period': 's, >= proxy.period: between updates of the force-space particle filter, over which its inputs are averaged, default 0.0666667', 'angular_filter_period': 's, >= 0: the same of the angular filter; 0 is without one: its means are not computed, default 0'}
     def __copy__(self) -> RobotSideParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideParams:
@@ -4415,7 +4394,7 @@ class RobotSideParams:
     @property
     def angular_filter_period(self) -> float:
         """
-        s, >= period: the same of the angular filter; 0, the default, is without one
+        s, >= 0: the same of the angular filter; 0 is without one: its means are not computed, default 0
         """
     @angular_filter_period.setter
     def angular_filter_period(self, arg1: typing.Any) -> None:
@@ -4423,7 +4402,7 @@ class RobotSideParams:
     @property
     def controller(self) -> OperationalSpaceControllerParams:
         """
-        OperationalSpaceControllerParams
+        OperationalSpaceControllerParams: of the robot
         """
     @controller.setter
     def controller(self, arg1: typing.Any) -> None:
@@ -4431,7 +4410,7 @@ class RobotSideParams:
     @property
     def filter_period(self) -> float:
         """
-        s, >= period: over which the filter's inputs are averaged, default 1/15
+        s, >= proxy.period: between updates of the force-space particle filter, over which its inputs are averaged, default 0.0666667
         """
     @filter_period.setter
     def filter_period(self, arg1: typing.Any) -> None:
@@ -4439,7 +4418,7 @@ class RobotSideParams:
     @property
     def proxy(self) -> RobotSideProxyParams:
         """
-        RobotSideProxyParams
+        RobotSideProxyParams: its half of the scheme
         """
     @proxy.setter
     def proxy(self, arg1: typing.Any) -> None:
@@ -4447,7 +4426,7 @@ class RobotSideParams:
     @property
     def sender(self) -> PoseSenderParams:
         """
-        PoseSenderParams
+        PoseSenderParams: of its poses
         """
     @sender.setter
     def sender(self, arg1: typing.Any) -> None:
@@ -4663,7 +4642,7 @@ class HapticSideParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'proxy': 'HapticSideProxyParams', 'controller': 'HapticControllerParams', 'sender': 'PoseSenderParams'}
+    fields: typing.ClassVar[dict] = {'proxy': 'HapticSideProxyParams: its half of the scheme', 'controller': 'HapticControllerParams: of the device', 'sender': 'PoseSenderParams: of its poses'}
     def __copy__(self) -> HapticSideParams:
         ...
     def __deepcopy__(self, memo: dict) -> HapticSideParams:
@@ -4688,7 +4667,7 @@ class HapticSideParams:
     @property
     def controller(self) -> HapticControllerParams:
         """
-        HapticControllerParams
+        HapticControllerParams: of the device
         """
     @controller.setter
     def controller(self, arg1: typing.Any) -> None:
@@ -4696,7 +4675,7 @@ class HapticSideParams:
     @property
     def proxy(self) -> HapticSideProxyParams:
         """
-        HapticSideProxyParams
+        HapticSideProxyParams: its half of the scheme
         """
     @proxy.setter
     def proxy(self, arg1: typing.Any) -> None:
@@ -4704,7 +4683,7 @@ class HapticSideParams:
     @property
     def sender(self) -> PoseSenderParams:
         """
-        PoseSenderParams
+        PoseSenderParams: of its poses
         """
     @sender.setter
     def sender(self, arg1: typing.Any) -> None:
@@ -4827,8 +4806,7 @@ class BoxParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('name', 'center', 'size', 'yaw', 'color')
-    fields: typing.ClassVar[dict] = {'name': 'unique within the scene', 'center': '(3,), m, in B', 'size': "(3,), m, full edge lengths along the box's axes, in [1e-4, 10]", 'yaw': 'rad, rotation of the box about base z, default 0', 'color': '(4,), red, green, blue, opacity, in [0, 1], default (0.80, 0.70, 0.56, 1)'}
+    fields: typing.ClassVar[dict] = {'name': 'unique within the scene', 'center': '(3,), m: in B, default [0.5, 0, 0.1]', 'size': "(3,), m, in [0.0001, 10]: full edge lengths along the box's axes, default 0.1", 'yaw': "rad: rotation of the box about B's z, default 0", 'color': '(4,), in [0, 1]: red, green, blue, opacity, default [0.8, 0.7, 0.56, 1]'}
     def __copy__(self) -> BoxParams:
         ...
     def __deepcopy__(self, memo: dict) -> BoxParams:
@@ -4853,7 +4831,7 @@ class BoxParams:
     @property
     def center(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3,), m, in B
+        (3,), m: in B, default [0.5, 0, 0.1]
         """
     @center.setter
     def center(self, arg1: typing.Any) -> None:
@@ -4861,7 +4839,7 @@ class BoxParams:
     @property
     def color(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (4,), red, green, blue, opacity, in [0, 1], default (0.80, 0.70, 0.56, 1)
+        (4,), in [0, 1]: red, green, blue, opacity, default [0.8, 0.7, 0.56, 1]
         """
     @color.setter
     def color(self, arg1: typing.Any) -> None:
@@ -4877,7 +4855,7 @@ class BoxParams:
     @property
     def size(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3,), m, full edge lengths along the box's axes, in [1e-4, 10]
+        (3,), m, in [0.0001, 10]: full edge lengths along the box's axes, default 0.1
         """
     @size.setter
     def size(self, arg1: typing.Any) -> None:
@@ -4885,7 +4863,7 @@ class BoxParams:
     @property
     def yaw(self) -> float:
         """
-        rad, rotation of the box about base z, default 0
+        rad: rotation of the box about B's z, default 0
         """
     @yaw.setter
     def yaw(self, arg1: typing.Any) -> None:
@@ -4900,8 +4878,7 @@ class PandaSceneParams:
     TOOL_MASS: typing.ClassVar[float] = 0.2
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('table_height', 'table_center', 'table_size', 'boxes', 'friction', 'contact_stiffness', 'contact_dissipation', 'relaxation_time', 'contact_approximation', 'time_step', 'tool', 'tool_size', 'tool_mass', 'gravity', 'start_position')
-    fields: typing.ClassVar[dict] = {'table_height': "m, height of the table's top over B, in [1e-3, 1.5]; the table stands on z = 0; default 0.1", 'table_center': "(2,), m, x and y of the table's centre, default (0.5, 0)", 'table_size': '(2,), m, edge lengths along x and y, in [1e-3, 10], default (0.6, 0.8)', 'boxes': 'further BoxParams that the tool can touch (walls, steps)', 'friction': 'Coulomb coefficient between the tool and everything, in [0, 5], default 0.3', 'contact_stiffness': 'N/m, of tool and surface together, in [1, 1e8], default 3e4; the corners of a flat tool share it', 'contact_dissipation': 's/m, Hunt-Crossley coefficient d in f = k x (1 + d dx/dt), in [0, 1000]; for the approximations lagged and similar; default 10', 'relaxation_time': 's, linear dissipation in place of contact_dissipation for sap, in [0, 10], default 0.01', 'contact_approximation': '"lagged", "similar" or "sap": Drake\'s discrete contact approximation; the first two keep Coulomb\'s law without sap\'s gap of friction * time_step * slip; default "lagged"', 'time_step': 's, step of the plant, in [1e-5, 1e-2], default 0.001; control has a period of its own', 'tool': '"sphere": a ball around E, or "flat": a square pad, E in the middle of its face, that touches with a small ball in each corner; default "sphere"', 'tool_size': 'm, between the corners of a flat tool along its edges, in [0.005, 0.2], default 0.06', 'tool_mass': 'kg, of all that is beyond the flange, in [1e-3, 3]; the inertia scales with it; default 0.2', 'gravity': 'm/s^2, along -z of B, in [0, 100], default 9.81', 'start_position': '(3,), m, in B, of the tool point at time 0, in [-2, 2], default (0.45, 0, 0.18)'}
+    fields: typing.ClassVar[dict] = {'table_height': "m, in [0.001, 1.5]: of the table's top over B; the table stands on z = 0, default 0.1", 'table_center': "(2,), m: x and y of the table's centre, in B, default [0.5, 0]", 'table_size': "(2,), m, in [0.001, 10]: the table's edge lengths along x and y, default [0.6, 0.8]", 'boxes': 'list of BoxParams: further ones that the tool can touch (walls, steps)', 'friction': 'in [0, 5]: Coulomb coefficient between the tool and everything, default 0.3', 'contact_stiffness': 'N/m, in [1, 1e+08]: of tool and surface together; the corners of a flat tool share it, default 30000', 'contact_dissipation': 's/m, in [0, 1000]: Hunt-Crossley coefficient d in f = k x (1 + d dx/dt); for the approximations lagged and similar, default 10', 'relaxation_time': 's, in [0, 10]: linear dissipation in place of contact_dissipation for sap, default 0.01', 'contact_approximation': 'one of "lagged", "similar", "sap": Drake\'s discrete one; the first two keep Coulomb\'s law without sap\'s gap of friction * time_step * slip, default "lagged"', 'time_step': 's, in [1e-05, 0.01]: of the plant; control has a period of its own, default 0.001', 'tool': 'one of "sphere", "flat": a ball around E, or a square pad, E in the middle of its face, that touches with a small ball in each corner, default "sphere"', 'tool_size': 'm, in [0.005, 0.2]: between the corners of a flat tool along its edges, default 0.06', 'tool_mass': 'kg, in [0.001, 3]: of all that is beyond the flange; the inertia scales with it, default 0.2', 'gravity': 'm/s^2, in [0, 100]: along -z of B, default 9.81', 'start_position': '(3,), m, in [-2, 2]: in B, of the tool point at time 0, default [0.45, 0, 0.18]'}
     def __copy__(self) -> PandaSceneParams:
         ...
     def __deepcopy__(self, memo: dict) -> PandaSceneParams:
@@ -4934,7 +4911,7 @@ class PandaSceneParams:
     @property
     def boxes(self) -> tuple:
         """
-        further BoxParams that the tool can touch (walls, steps)
+        list of BoxParams: further ones that the tool can touch (walls, steps)
         """
     @boxes.setter
     def boxes(self, arg1: typing.Any) -> None:
@@ -4942,7 +4919,7 @@ class PandaSceneParams:
     @property
     def contact_approximation(self) -> str:
         """
-        "lagged", "similar" or "sap": Drake's discrete contact approximation; the first two keep Coulomb's law without sap's gap of friction * time_step * slip; default "lagged"
+        one of "lagged", "similar", "sap": Drake's discrete one; the first two keep Coulomb's law without sap's gap of friction * time_step * slip, default "lagged"
         """
     @contact_approximation.setter
     def contact_approximation(self, arg1: typing.Any) -> None:
@@ -4950,7 +4927,7 @@ class PandaSceneParams:
     @property
     def contact_dissipation(self) -> float:
         """
-        s/m, Hunt-Crossley coefficient d in f = k x (1 + d dx/dt), in [0, 1000]; for the approximations lagged and similar; default 10
+        s/m, in [0, 1000]: Hunt-Crossley coefficient d in f = k x (1 + d dx/dt); for the approximations lagged and similar, default 10
         """
     @contact_dissipation.setter
     def contact_dissipation(self, arg1: typing.Any) -> None:
@@ -4963,7 +4940,7 @@ class PandaSceneParams:
     @property
     def contact_stiffness(self) -> float:
         """
-        N/m, of tool and surface together, in [1, 1e8], default 3e4; the corners of a flat tool share it
+        N/m, in [1, 1e+08]: of tool and surface together; the corners of a flat tool share it, default 30000
         """
     @contact_stiffness.setter
     def contact_stiffness(self, arg1: typing.Any) -> None:
@@ -4971,7 +4948,7 @@ class PandaSceneParams:
     @property
     def friction(self) -> float:
         """
-        Coulomb coefficient between the tool and everything, in [0, 5], default 0.3
+        in [0, 5]: Coulomb coefficient between the tool and everything, default 0.3
         """
     @friction.setter
     def friction(self, arg1: typing.Any) -> None:
@@ -4979,7 +4956,7 @@ class PandaSceneParams:
     @property
     def gravity(self) -> float:
         """
-        m/s^2, along -z of B, in [0, 100], default 9.81
+        m/s^2, in [0, 100]: along -z of B, default 9.81
         """
     @gravity.setter
     def gravity(self, arg1: typing.Any) -> None:
@@ -4987,7 +4964,7 @@ class PandaSceneParams:
     @property
     def relaxation_time(self) -> float:
         """
-        s, linear dissipation in place of contact_dissipation for sap, in [0, 10], default 0.01
+        s, in [0, 10]: linear dissipation in place of contact_dissipation for sap, default 0.01
         """
     @relaxation_time.setter
     def relaxation_time(self, arg1: typing.Any) -> None:
@@ -4995,7 +4972,7 @@ class PandaSceneParams:
     @property
     def start_position(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3,), m, in B, of the tool point at time 0, in [-2, 2], default (0.45, 0, 0.18)
+        (3,), m, in [-2, 2]: in B, of the tool point at time 0, default [0.45, 0, 0.18]
         """
     @start_position.setter
     def start_position(self, arg1: typing.Any) -> None:
@@ -5003,7 +4980,7 @@ class PandaSceneParams:
     @property
     def table_center(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (2,), m, x and y of the table's centre, default (0.5, 0)
+        (2,), m: x and y of the table's centre, in B, default [0.5, 0]
         """
     @table_center.setter
     def table_center(self, arg1: typing.Any) -> None:
@@ -5011,7 +4988,7 @@ class PandaSceneParams:
     @property
     def table_height(self) -> float:
         """
-        m, height of the table's top over B, in [1e-3, 1.5]; the table stands on z = 0; default 0.1
+        m, in [0.001, 1.5]: of the table's top over B; the table stands on z = 0, default 0.1
         """
     @table_height.setter
     def table_height(self, arg1: typing.Any) -> None:
@@ -5019,7 +4996,7 @@ class PandaSceneParams:
     @property
     def table_size(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (2,), m, edge lengths along x and y, in [1e-3, 10], default (0.6, 0.8)
+        (2,), m, in [0.001, 10]: the table's edge lengths along x and y, default [0.6, 0.8]
         """
     @table_size.setter
     def table_size(self, arg1: typing.Any) -> None:
@@ -5027,7 +5004,7 @@ class PandaSceneParams:
     @property
     def time_step(self) -> float:
         """
-        s, step of the plant, in [1e-5, 1e-2], default 0.001; control has a period of its own
+        s, in [1e-05, 0.01]: of the plant; control has a period of its own, default 0.001
         """
     @time_step.setter
     def time_step(self, arg1: typing.Any) -> None:
@@ -5035,7 +5012,7 @@ class PandaSceneParams:
     @property
     def tool(self) -> str:
         """
-        "sphere": a ball around E, or "flat": a square pad, E in the middle of its face, that touches with a small ball in each corner; default "sphere"
+        one of "sphere", "flat": a ball around E, or a square pad, E in the middle of its face, that touches with a small ball in each corner, default "sphere"
         """
     @tool.setter
     def tool(self, arg1: typing.Any) -> None:
@@ -5043,7 +5020,7 @@ class PandaSceneParams:
     @property
     def tool_mass(self) -> float:
         """
-        kg, of all that is beyond the flange, in [1e-3, 3]; the inertia scales with it; default 0.2
+        kg, in [0.001, 3]: of all that is beyond the flange; the inertia scales with it, default 0.2
         """
     @tool_mass.setter
     def tool_mass(self, arg1: typing.Any) -> None:
@@ -5051,7 +5028,7 @@ class PandaSceneParams:
     @property
     def tool_size(self) -> float:
         """
-        m, between the corners of a flat tool along its edges, in [0.005, 0.2], default 0.06
+        m, in [0.005, 0.2]: between the corners of a flat tool along its edges, default 0.06
         """
     @tool_size.setter
     def tool_size(self, arg1: typing.Any) -> None:
@@ -5062,8 +5039,7 @@ class LinkParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('rate', 'average', 'period', 'delay', 'jitter', 'loss', 'reordering', 'timeout', 'max_age', 'spike_threshold')
-    fields: typing.ClassVar[dict] = {'sender': 'PoseSenderParams', 'channel': 'CommunicationChannelParams', 'monitor': 'LinkMonitorParams'}
+    fields: typing.ClassVar[dict] = {'sender': 'PoseSenderParams: of messages', 'channel': 'CommunicationChannelParams: that carries them', 'monitor': 'LinkMonitorParams: of those that arrive'}
     def __copy__(self) -> LinkParams:
         ...
     def __deepcopy__(self, memo: dict) -> LinkParams:
@@ -5086,9 +5062,9 @@ class LinkParams:
         Raises ValueError naming the field, the range and the value.
         """
     @property
-    def average(self) -> typing.Any:
+    def average(self) -> bool:
         """
-        send the mean since the last message, not the newest sample, default true
+        true: a message holds the mean of the samples since the last message, which smooths it and delays it by half an interval; false: the newest sample, default true
         """
     @average.setter
     def average(self, arg1: typing.Any) -> None:
@@ -5096,39 +5072,39 @@ class LinkParams:
     @property
     def channel(self) -> CommunicationChannelParams:
         """
-        CommunicationChannelParams
+        CommunicationChannelParams: that carries them
         """
     @channel.setter
     def channel(self, arg1: typing.Any) -> None:
         ...
     @property
-    def delay(self) -> typing.Any:
+    def delay(self) -> float:
         """
-        s, one way, >= 0, default 0
+        s, >= 0: of every message, one way, default 0
         """
     @delay.setter
     def delay(self, arg1: typing.Any) -> None:
         ...
     @property
-    def jitter(self) -> typing.Any:
+    def jitter(self) -> float:
         """
-        s, >= 0: standard deviation of the normal whose absolute value is added to the delay, default 0
+        s, >= 0: standard deviation of the normal whose absolute value is added to the delay of each message: none is early, default 0
         """
     @jitter.setter
     def jitter(self, arg1: typing.Any) -> None:
         ...
     @property
-    def loss(self) -> typing.Any:
+    def loss(self) -> float:
         """
-        probability of loss, in [0, 1], default 0
+        in [0, 1]: probability that a message is lost; a dead link has 1, default 0
         """
     @loss.setter
     def loss(self, arg1: typing.Any) -> None:
         ...
     @property
-    def max_age(self) -> typing.Any:
+    def max_age(self) -> float:
         """
-        s, > 0: older messages are dropped, default 5
+        s, > 0: messages sent longer ago are dropped; needs the two clocks to agree, one that is ahead by more is dropped too, default 5
         """
     @max_age.setter
     def max_age(self, arg1: typing.Any) -> None:
@@ -5136,31 +5112,31 @@ class LinkParams:
     @property
     def monitor(self) -> LinkMonitorParams:
         """
-        LinkMonitorParams
+        LinkMonitorParams: of those that arrive
         """
     @monitor.setter
     def monitor(self, arg1: typing.Any) -> None:
         ...
     @property
-    def period(self) -> typing.Any:
+    def period(self) -> float:
         """
-        s, > 0, between samples, default 0.001
+        s, > 0: between samples, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
         ...
     @property
-    def rate(self) -> typing.Any:
+    def rate(self) -> float:
         """
-        Hz, in (0, 1/period], default 50
+        Hz, in (0, 1/period]: of messages; the paper uses 50, and 5 for its remote run, default 50
         """
     @rate.setter
     def rate(self, arg1: typing.Any) -> None:
         ...
     @property
-    def reordering(self) -> typing.Any:
+    def reordering(self) -> bool:
         """
-        whether a message may overtake another, default true
+        true: a message may overtake an earlier one, as with UDP; false: it arrives no earlier than those sent before it, as with TCP, default true
         """
     @reordering.setter
     def reordering(self, arg1: typing.Any) -> None:
@@ -5168,23 +5144,23 @@ class LinkParams:
     @property
     def sender(self) -> PoseSenderParams:
         """
-        PoseSenderParams
+        PoseSenderParams: of messages
         """
     @sender.setter
     def sender(self, arg1: typing.Any) -> None:
         ...
     @property
-    def spike_threshold(self) -> typing.Any:
+    def spike_threshold(self) -> float:
         """
-        s, > 0: a message this much later than the fastest is a latency spike, default 0.1
+        s, > 0: a message that is older on arrival than the fastest so far by more than this is a latency spike, default 0.1
         """
     @spike_threshold.setter
     def spike_threshold(self, arg1: typing.Any) -> None:
         ...
     @property
-    def timeout(self) -> typing.Any:
+    def timeout(self) -> float:
         """
-        s, > 0: silence after which the link is lost, default 0.5
+        s, > 0: silence since the last accepted message after which the link counts as lost; several message intervals, or single losses look like that, default 0.5
         """
     @timeout.setter
     def timeout(self, arg1: typing.Any) -> None:
@@ -5195,8 +5171,7 @@ class Waypoint:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('time', 'position', 'rotation')
-    fields: typing.ClassVar[dict] = {'time': 's, in [0, 3600]', 'position': '(3,), m, in B, in [-2, 2]', 'rotation': '(3,), rad, in B, in [-pi, pi]: rotation vector of the tool from map.R_cw, default 0'}
+    fields: typing.ClassVar[dict] = {'time': 's, in [0, 3600]: when to be there, default 0', 'position': '(3,), m, in [-2, 2]: in B, default 0', 'rotation': '(3,), rad, in [-pi, pi]: in B: rotation vector of the tool from where it is at home, R_BE = exp(rotation) R_cw, default 0'}
     def __copy__(self) -> Waypoint:
         ...
     def __deepcopy__(self, memo: dict) -> Waypoint:
@@ -5221,7 +5196,7 @@ class Waypoint:
     @property
     def position(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3,), m, in B, in [-2, 2]
+        (3,), m, in [-2, 2]: in B, default 0
         """
     @position.setter
     def position(self, arg1: typing.Any) -> None:
@@ -5229,7 +5204,7 @@ class Waypoint:
     @property
     def rotation(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3,), rad, in B, in [-pi, pi]: rotation vector of the tool from map.R_cw, default 0
+        (3,), rad, in [-pi, pi]: in B: rotation vector of the tool from where it is at home, R_BE = exp(rotation) R_cw, default 0
         """
     @rotation.setter
     def rotation(self, arg1: typing.Any) -> None:
@@ -5237,7 +5212,7 @@ class Waypoint:
     @property
     def time(self) -> float:
         """
-        s, in [0, 3600]
+        s, in [0, 3600]: when to be there, default 0
         """
     @time.setter
     def time(self, arg1: typing.Any) -> None:
@@ -5248,8 +5223,7 @@ class OperatorParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('waypoints', 'recording', 'recording_units', 'recording_scale', 'press_depth')
-    fields: typing.ClassVar[dict] = {'waypoints': 'of Waypoint: minimum-jerk moves from each to the next; first at time 0', 'recording': "CSV file of a human motion, in place of the waypoints (see dual_proxy.recording); in a scenario's file relative to that, else to the working directory", 'recording_units': '"m", "cm" or "mm", of the positions in it, default "m"', 'recording_scale': 'by which its lengths are multiplied, in (0, 1000], default 1', 'press_depth': "m, how far below first touch a recording's contact height goes, in [0, 0.1], default 0.04"}
+    fields: typing.ClassVar[dict] = {'waypoints': 'list of Waypoint: minimum-jerk moves from each to the next; the first at time 0', 'recording': "CSV file of a human motion, in place of the waypoints (see dual_proxy.recording); in a scenario's file relative to that, else to the working directory; ~ is the home directory", 'recording_units': 'one of "m", "cm", "mm": of the positions in it, default "m"', 'recording_scale': 'in (0, 1000]: by which its lengths are multiplied, default 1', 'press_depth': "m, in [0, 0.1]: how far below first touch a recording's contact height goes, default 0.04"}
     def __copy__(self) -> OperatorParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperatorParams:
@@ -5274,7 +5248,7 @@ class OperatorParams:
     @property
     def press_depth(self) -> float:
         """
-        m, how far below first touch a recording's contact height goes, in [0, 0.1], default 0.04
+        m, in [0, 0.1]: how far below first touch a recording's contact height goes, default 0.04
         """
     @press_depth.setter
     def press_depth(self, arg1: typing.Any) -> None:
@@ -5282,7 +5256,7 @@ class OperatorParams:
     @property
     def recording(self) -> str:
         """
-        CSV file of a human motion, in place of the waypoints (see dual_proxy.recording); in a scenario's file relative to that, else to the working directory
+        CSV file of a human motion, in place of the waypoints (see dual_proxy.recording); in a scenario's file relative to that, else to the working directory; ~ is the home directory
         """
     @recording.setter
     def recording(self, arg1: typing.Any) -> None:
@@ -5290,7 +5264,7 @@ class OperatorParams:
     @property
     def recording_scale(self) -> float:
         """
-        by which its lengths are multiplied, in (0, 1000], default 1
+        in (0, 1000]: by which its lengths are multiplied, default 1
         """
     @recording_scale.setter
     def recording_scale(self, arg1: typing.Any) -> None:
@@ -5298,7 +5272,7 @@ class OperatorParams:
     @property
     def recording_units(self) -> str:
         """
-        "m", "cm" or "mm", of the positions in it, default "m"
+        one of "m", "cm", "mm": of the positions in it, default "m"
         """
     @recording_units.setter
     def recording_units(self, arg1: typing.Any) -> None:
@@ -5306,7 +5280,7 @@ class OperatorParams:
     @property
     def waypoints(self) -> tuple:
         """
-        of Waypoint: minimum-jerk moves from each to the next; first at time 0
+        list of Waypoint: minimum-jerk moves from each to the next; the first at time 0
         """
     @waypoints.setter
     def waypoints(self, arg1: typing.Any) -> None:
@@ -5318,8 +5292,7 @@ class AngularFilterParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('enabled', 'num_particles', 'period', 'likelihood', 'scatter_mean', 'scatter_std', 'update_thresholds', 'resampling_thresholds', 'alpha_add', 'alpha_remove', 'epsilon', 'prior_particles', 'prior_std', 'friction_cone')
-    fields: typing.ClassVar[dict] = {'enabled': 'whether it runs, default false', 'filter': 'ForceSpaceParticleFilterParams, with N m for N and rad/s for m/s; thresholds by default (0.08, 0.2, 0.02, 0.1) for update, (0, 0.05, 0.02, 0.2) for resampling'}
+    fields: typing.ClassVar[dict] = {'enabled': 'whether it runs; without it no moment is controlled, default false', 'filter': 'ForceSpaceParticleFilterParams: with N m for N and rad/s for m/s'}
     def __copy__(self) -> AngularFilterParams:
         ...
     def __deepcopy__(self, memo: dict) -> AngularFilterParams:
@@ -5342,17 +5315,17 @@ class AngularFilterParams:
         Raises ValueError naming the field, the range and the value.
         """
     @property
-    def alpha_add(self) -> typing.Any:
+    def alpha_add(self) -> float:
         """
-        share of the largest singular value above which a direction is added, in (0, 1), default 0.5
+        in (0, 1): share of the largest singular value above which a direction is added, default 0.5
         """
     @alpha_add.setter
     def alpha_add(self, arg1: typing.Any) -> None:
         ...
     @property
-    def alpha_remove(self) -> typing.Any:
+    def alpha_remove(self) -> float:
         """
-        share below which it is removed, in (0, alpha_add], default 0.1
+        in (0, alpha_add]: share of it below which a direction is removed, default 0.1
         """
     @alpha_remove.setter
     def alpha_remove(self, arg1: typing.Any) -> None:
@@ -5360,15 +5333,15 @@ class AngularFilterParams:
     @property
     def enabled(self) -> bool:
         """
-        whether it runs, default false
+        whether it runs; without it no moment is controlled, default false
         """
     @enabled.setter
     def enabled(self, arg1: typing.Any) -> None:
         ...
     @property
-    def epsilon(self) -> typing.Any:
+    def epsilon(self) -> float:
         """
-        vectors no longer than this count as zero, 1e-12 to 0.1, default 1e-6
+        in [1e-12, 0.1]: vectors no longer than this count as zero (N for the commands), default 1e-06
         """
     @epsilon.setter
     def epsilon(self, arg1: typing.Any) -> None:
@@ -5376,87 +5349,87 @@ class AngularFilterParams:
     @property
     def filter(self) -> ForceSpaceParticleFilterParams:
         """
-        ForceSpaceParticleFilterParams, with N m for N and rad/s for m/s; thresholds by default (0.08, 0.2, 0.02, 0.1) for update, (0, 0.05, 0.02, 0.2) for resampling
+        ForceSpaceParticleFilterParams: with N m for N and rad/s for m/s
         """
     @filter.setter
     def filter(self, arg1: typing.Any) -> None:
         ...
     @property
-    def friction_cone(self) -> typing.Any:
+    def friction_cone(self) -> FrictionConeParams:
         """
-        of likelihood "friction_cone"
+        FrictionConeParams: of likelihood "friction_cone", which uses nothing else but num_particles, period, epsilon and prior_std
         """
     @friction_cone.setter
     def friction_cone(self, arg1: typing.Any) -> None:
         ...
     @property
-    def likelihood(self) -> typing.Any:
+    def likelihood(self) -> str:
         """
-        "paper" (eq. 6 to 8) or "friction_cone" (contacts with friction), default "friction_cone"
+        one of "paper", "friction_cone": eq. (6) to (8), or contacts with friction, default "paper"
         """
     @likelihood.setter
     def likelihood(self, arg1: typing.Any) -> None:
         ...
     @property
-    def num_particles(self) -> typing.Any:
+    def num_particles(self) -> int:
         """
-        n_p, 2 to 100000, default 1000
+        in [2, 100000]: n_p; the cost of an update is proportional to it, default 1000
         """
     @num_particles.setter
     def num_particles(self, arg1: typing.Any) -> None:
         ...
     @property
-    def period(self) -> typing.Any:
+    def period(self) -> float:
         """
-        s, > 0, time between updates, default 1/15
+        s, > 0: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.0666667
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
         ...
     @property
-    def prior_particles(self) -> typing.Any:
+    def prior_particles(self) -> int:
         """
-        particles that each prior normal adds to an update, 0 to 100000, default 50
+        in [0, 100000]: that each prior normal adds to an update, default 50
         """
     @prior_particles.setter
     def prior_particles(self, arg1: typing.Any) -> None:
         ...
     @property
-    def prior_std(self) -> typing.Any:
+    def prior_std(self) -> float:
         """
-        rad, in (0, pi], how sure a prior is, default 0.1
+        rad, in (0, pi]: how sure a prior is for which nothing else is said, standard deviation per axis, default 0.1
         """
     @prior_std.setter
     def prior_std(self, arg1: typing.Any) -> None:
         ...
     @property
-    def resampling_thresholds(self) -> typing.Any:
+    def resampling_thresholds(self) -> ForceSpaceParticleFilterThresholds:
         """
-        weigh every particle, default 0, 3 N, 0.001, 0.01 m/s
+        ForceSpaceParticleFilterThresholds: weigh every particle when resampling
         """
     @resampling_thresholds.setter
     def resampling_thresholds(self, arg1: typing.Any) -> None:
         ...
     @property
-    def scatter_mean(self) -> typing.Any:
+    def scatter_mean(self) -> float:
         """
-        mean of the scatter per axis and update, -1 to 1, default 0
+        in [-1, 1]: alpha of the scatter N(alpha, Sigma): mean per axis and update, default 0
         """
     @scatter_mean.setter
     def scatter_mean(self, arg1: typing.Any) -> None:
         ...
     @property
-    def scatter_std(self) -> typing.Any:
+    def scatter_std(self) -> float:
         """
-        standard deviation of the scatter per axis and update, 0 to 1, default 0.025
+        in [0, 1]: Sigma of the scatter: standard deviation per axis and update; larger follows a turning normal faster, but spreads more, default 0.025
         """
     @scatter_std.setter
     def scatter_std(self, arg1: typing.Any) -> None:
         ...
     @property
-    def update_thresholds(self) -> typing.Any:
+    def update_thresholds(self) -> ForceSpaceParticleFilterThresholds:
         """
-        weigh the tentative particle, default 3, 10 N, 0.001, 0.005 m/s
+        ForceSpaceParticleFilterThresholds: weigh the tentative particle, which decides how many are added
         """
     @update_thresholds.setter
     def update_thresholds(self, arg1: typing.Any) -> None:
@@ -5468,8 +5441,8 @@ class Scenario:
     LAWS: typing.ClassVar[tuple] = ('default', 'printed')
     SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force')
     __hash__: typing.ClassVar[None] = None
-    _serialized_names: typing.ClassVar[tuple] = ('description', 'robot', 'scheme', 'law', 'duration', 'extend_for_delay', 'seed', 'control_period', 'scene', 'map', 'link', 'robot_proxy', 'controller', 'filter', 'angular_filter', 'haptic_proxy', 'haptic_controller', 'position_force', 'device', 'sensor', 'operator', 'overrides')
-    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': '"panda"', 'scheme': '"dual_proxy" or "position_force", the two-channel baseline', 'law': '"default", this project\'s, or "printed", the paper\'s to the letter', 'duration': 's, in [0.001, 3600], default 20', 'extend_for_delay': "lengthen the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off; default true", 'seed': 'of everything random, >= 0, default 0', 'control_period': "s, of both sides' control, in [1e-5, 0.01], default 0.001", 'scene': 'PandaSceneParams', 'map': 'WorkspaceMapParams; its p_cw is a copy', 'link': 'LinkParams', 'robot_proxy': 'RobotSideProxyParams', 'controller': 'OperationalSpaceControllerParams', 'filter': 'ForceSpaceParticleFilterParams', 'angular_filter': 'AngularFilterParams', 'haptic_proxy': 'HapticSideProxyParams', 'haptic_controller': 'HapticControllerParams', 'position_force': 'PositionForceHapticSideParams', 'device': 'SimulatedHapticDeviceParams', 'sensor': 'ForceTorqueSensorParams', 'operator': 'OperatorParams'}
+    _fields: typing.ClassVar[list]
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda": which arm, default "panda"', 'scheme': 'one of "dual_proxy", "position_force": position_force is the two-channel baseline, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "PandaSceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions of it', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of the robot', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of the dual proxy only', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'position_force': "PositionForceHapticSideParams: the two-channel baseline on the device's side", 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what they mean to do'}
     def __copy__(self) -> Scenario:
         ...
     def __deepcopy__(self, memo: dict) -> Scenario:
@@ -5535,7 +5508,7 @@ class Scenario:
     @property
     def angular_filter(self) -> AngularFilterParams:
         """
-        AngularFilterParams
+        AngularFilterParams: of the dual proxy only
         """
     @angular_filter.setter
     def angular_filter(self, arg1: typing.Any) -> None:
@@ -5543,7 +5516,7 @@ class Scenario:
     @property
     def control_period(self) -> float:
         """
-        s, of both sides' control, in [1e-5, 0.01], default 0.001
+        s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001
         """
     @control_period.setter
     def control_period(self, arg1: typing.Any) -> None:
@@ -5551,7 +5524,7 @@ class Scenario:
     @property
     def controller(self) -> OperationalSpaceControllerParams:
         """
-        OperationalSpaceControllerParams
+        OperationalSpaceControllerParams: of the robot
         """
     @controller.setter
     def controller(self, arg1: typing.Any) -> None:
@@ -5567,7 +5540,7 @@ class Scenario:
     @property
     def device(self) -> SimulatedHapticDeviceParams:
         """
-        SimulatedHapticDeviceParams
+        SimulatedHapticDeviceParams: what stands for the device and its hand
         """
     @device.setter
     def device(self, arg1: typing.Any) -> None:
@@ -5575,7 +5548,7 @@ class Scenario:
     @property
     def duration(self) -> float:
         """
-        s, in [0.001, 3600], default 20
+        s, in [0.001, 3600]: of a run, default 20
         """
     @duration.setter
     def duration(self, arg1: typing.Any) -> None:
@@ -5583,7 +5556,7 @@ class Scenario:
     @property
     def extend_for_delay(self) -> bool:
         """
-        lengthen the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off; default true
+        lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true
         """
     @extend_for_delay.setter
     def extend_for_delay(self, arg1: typing.Any) -> None:
@@ -5591,7 +5564,7 @@ class Scenario:
     @property
     def filter(self) -> ForceSpaceParticleFilterParams:
         """
-        ForceSpaceParticleFilterParams
+        ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md
         """
     @filter.setter
     def filter(self, arg1: typing.Any) -> None:
@@ -5599,7 +5572,7 @@ class Scenario:
     @property
     def haptic_controller(self) -> HapticControllerParams:
         """
-        HapticControllerParams
+        HapticControllerParams: of the device
         """
     @haptic_controller.setter
     def haptic_controller(self, arg1: typing.Any) -> None:
@@ -5607,7 +5580,7 @@ class Scenario:
     @property
     def haptic_proxy(self) -> HapticSideProxyParams:
         """
-        HapticSideProxyParams
+        HapticSideProxyParams: the dual proxy on the device's side
         """
     @haptic_proxy.setter
     def haptic_proxy(self, arg1: typing.Any) -> None:
@@ -5620,7 +5593,7 @@ class Scenario:
     @property
     def law(self) -> str:
         """
-        "default", this project's, or "printed", the paper's to the letter
+        one of "default", "printed": this project's, or the paper's to the letter, default "default"
         """
     @law.setter
     def law(self, arg1: typing.Any) -> None:
@@ -5628,7 +5601,7 @@ class Scenario:
     @property
     def link(self) -> LinkParams:
         """
-        LinkParams
+        LinkParams: both directions of it
         """
     @link.setter
     def link(self, arg1: typing.Any) -> None:
@@ -5636,7 +5609,7 @@ class Scenario:
     @property
     def map(self) -> WorkspaceMapParams:
         """
-        WorkspaceMapParams; its p_cw is a copy
+        WorkspaceMapParams: between device and robot; its p_cw is a copy
         """
     @map.setter
     def map(self, arg1: typing.Any) -> None:
@@ -5652,7 +5625,7 @@ class Scenario:
     @property
     def operator(self) -> OperatorParams:
         """
-        OperatorParams
+        OperatorParams: what they mean to do
         """
     @operator.setter
     def operator(self, arg1: typing.Any) -> None:
@@ -5660,7 +5633,7 @@ class Scenario:
     @property
     def position_force(self) -> PositionForceHapticSideParams:
         """
-        PositionForceHapticSideParams
+        PositionForceHapticSideParams: the two-channel baseline on the device's side
         """
     @position_force.setter
     def position_force(self, arg1: typing.Any) -> None:
@@ -5668,7 +5641,7 @@ class Scenario:
     @property
     def robot(self) -> str:
         """
-        "panda"
+        one of "panda": which arm, default "panda"
         """
     @robot.setter
     def robot(self, arg1: typing.Any) -> None:
@@ -5676,7 +5649,7 @@ class Scenario:
     @property
     def robot_proxy(self) -> RobotSideProxyParams:
         """
-        RobotSideProxyParams
+        RobotSideProxyParams: the dual proxy on the robot's side
         """
     @robot_proxy.setter
     def robot_proxy(self, arg1: typing.Any) -> None:
@@ -5684,7 +5657,7 @@ class Scenario:
     @property
     def scene(self) -> PandaSceneParams:
         """
-        PandaSceneParams
+        PandaSceneParams: the arm's surroundings
         """
     @scene.setter
     def scene(self, arg1: typing.Any) -> None:
@@ -5692,7 +5665,7 @@ class Scenario:
     @property
     def scheme(self) -> str:
         """
-        "dual_proxy" or "position_force", the two-channel baseline
+        one of "dual_proxy", "position_force": position_force is the two-channel baseline, default "dual_proxy"
         """
     @scheme.setter
     def scheme(self, arg1: typing.Any) -> None:
@@ -5700,7 +5673,7 @@ class Scenario:
     @property
     def seed(self) -> int:
         """
-        of everything random, >= 0, default 0
+        >= 0: of everything random, default 0
         """
     @seed.setter
     def seed(self, arg1: typing.Any) -> None:
@@ -5708,7 +5681,7 @@ class Scenario:
     @property
     def sensor(self) -> ForceTorqueSensorParams:
         """
-        ForceTorqueSensorParams
+        ForceTorqueSensorParams: between arm and tool
         """
     @sensor.setter
     def sensor(self, arg1: typing.Any) -> None:
@@ -5745,7 +5718,7 @@ class FilterTrialParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'scene': '"free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing" or "soft", default "plane"', 'drive': '"closed_loop" (point robot with the filter\'s selections), "true_selection" (with the true ones, 20 ms late) or "kinematic" (no dynamics), default "closed_loop"', 'friction': 'mu, 0 to 2, default 0.3', 'speed': 'm/s, > 0: of sliding, default 0.05', 'force': 'N, > 0: of pressing, default 6', 'force_noise': "N, >= 0: std per axis on each update's mean, default 0.2", 'velocity_noise': 'm/s, >= 0: likewise, default 0.0005', 'hold_time': 's, >= 0: of pressing still, default 0.7', 'seed': '>= 0, default 0'}
+    fields: typing.ClassVar[dict] = {'scene': 'one of "free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing", "soft": what is touched, default "plane"', 'drive': 'one of "closed_loop", "true_selection", "kinematic": a point robot with the filter\'s selections, with the true ones 20 ms late, or no dynamics, default "closed_loop"', 'friction': 'in [0, 2]: mu, static and kinetic, default 0.3', 'speed': 'm/s, > 0: of sliding, default 0.05', 'force': 'N, > 0: of pressing, default 6', 'force_noise': "N, >= 0: standard deviation per axis on each update's mean, default 0.2", 'velocity_noise': 'm/s, >= 0: likewise, default 0.0005', 'hold_time': 's, >= 0: of pressing still, default 0.7', 'seed': '>= 0: of what is not here, default 0'}
     def __copy__(self) -> FilterTrialParams:
         ...
     def __deepcopy__(self, memo: dict) -> FilterTrialParams:
@@ -5770,7 +5743,7 @@ class FilterTrialParams:
     @property
     def drive(self) -> str:
         """
-        "closed_loop" (point robot with the filter's selections), "true_selection" (with the true ones, 20 ms late) or "kinematic" (no dynamics), default "closed_loop"
+        one of "closed_loop", "true_selection", "kinematic": a point robot with the filter's selections, with the true ones 20 ms late, or no dynamics, default "closed_loop"
         """
     @drive.setter
     def drive(self, arg1: typing.Any) -> None:
@@ -5786,7 +5759,7 @@ class FilterTrialParams:
     @property
     def force_noise(self) -> float:
         """
-        N, >= 0: std per axis on each update's mean, default 0.2
+        N, >= 0: standard deviation per axis on each update's mean, default 0.2
         """
     @force_noise.setter
     def force_noise(self, arg1: typing.Any) -> None:
@@ -5794,7 +5767,7 @@ class FilterTrialParams:
     @property
     def friction(self) -> float:
         """
-        mu, 0 to 2, default 0.3
+        in [0, 2]: mu, static and kinetic, default 0.3
         """
     @friction.setter
     def friction(self, arg1: typing.Any) -> None:
@@ -5810,7 +5783,7 @@ class FilterTrialParams:
     @property
     def scene(self) -> str:
         """
-        "free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing" or "soft", default "plane"
+        one of "free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing", "soft": what is touched, default "plane"
         """
     @scene.setter
     def scene(self, arg1: typing.Any) -> None:
@@ -5818,7 +5791,7 @@ class FilterTrialParams:
     @property
     def seed(self) -> int:
         """
-        >= 0, default 0
+        >= 0: of what is not here, default 0
         """
     @seed.setter
     def seed(self, arg1: typing.Any) -> None:

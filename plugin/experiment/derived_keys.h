@@ -39,7 +39,7 @@ class WrittenArchive {
     if (!FindSource(key).empty()) return;
     if constexpr (Serializable<T>) {
       Written<T> written{field.value(), key + "."};
-      archive_->Visit(MakeNameValue(field.name(), &written));
+      archive_->Visit(NameValue(field.name(), &written));
     } else {
       archive_->Visit(field);
     }

@@ -192,13 +192,7 @@ class Tool {
 }  // namespace
 
 void FilterTrialParams::Validate() const {
-  constexpr const char* kWho = "FilterTrialParams";
-  ThrowUnlessInRange(kWho, "friction", friction, 0, 2);
-  ThrowUnlessPositive(kWho, "speed", speed);
-  ThrowUnlessPositive(kWho, "force", force);
-  ThrowUnlessNonNegative(kWho, "force_noise", force_noise);
-  ThrowUnlessNonNegative(kWho, "velocity_noise", velocity_noise);
-  ThrowUnlessNonNegative(kWho, "hold_time", hold_time);
+  ValidateFields("FilterTrialParams", *this);
 }
 
 FilterTrial RunFilterTrial(const FilterTrialParams& params,
@@ -206,8 +200,8 @@ FilterTrial RunFilterTrial(const FilterTrialParams& params,
                            std::uint64_t filter_seed) {
   params.Validate();
   const double period = filter.params().period;
-  ThrowUnlessInRange("RunFilterTrial", "filter.period", period, kStep,
-                     std::numeric_limits<double>::max());
+  ThrowUnlessIn("RunFilterTrial", "filter.period", period,
+                Between(kStep, std::numeric_limits<double>::max()));
   RandomStream random(params.seed);
   const FilterTrialSetting setting = MakeFilterTrialSetting(params, &random);
   Tool tool(params.drive, setting, std::pow(10, DrawUniform(2, 3.3, &random)));

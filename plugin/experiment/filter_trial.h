@@ -69,17 +69,36 @@ is. */
 struct FilterTrialParams {
   FilterTrialScene scene{FilterTrialScene::kPlane};
   FilterTrialDrive drive{FilterTrialDrive::kClosedLoop};
-  double friction{0.3};  ///< mu, 0 to 2: static and kinetic.
-  double speed{0.05};    ///< m/s, > 0: of sliding.
-  double force{6};       ///< N, > 0: of pressing.
-  /** N, >= 0: std per axis of the noise on each update's mean. */
+  double friction{0.3};
+  double speed{0.05};
+  double force{6};
   double force_noise{0.2};
-  double velocity_noise{0.0005};  ///< m/s, >= 0: likewise.
-  double hold_time{0.7};          ///< s, >= 0: of pressing still.
+  double velocity_noise{0.0005};
+  double hold_time{0.7};
   std::uint64_t seed{0};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    VisitEnum(a, "FilterTrialParams", "scene", &scene, "what is touched");
+    VisitEnum(a, "FilterTrialParams", "drive", &drive,
+              "a point robot with the filter's selections, with the true ones "
+              "20 ms late, or no dynamics");
+    a->Visit(Field("friction", &friction, Between(0, 2), "",
+                   "mu, static and kinetic"));
+    a->Visit(Field("speed", &speed, Above(0), "m/s", "of sliding"));
+    a->Visit(Field("force", &force, Above(0), "N", "of pressing"));
+    a->Visit(Field("force_noise", &force_noise, AtLeast(0), "N",
+                   "standard deviation per axis on each update's mean"));
+    a->Visit(Field("velocity_noise", &velocity_noise, AtLeast(0), "m/s",
+                   "likewise"));
+    a->Visit(
+        Field("hold_time", &hold_time, AtLeast(0), "s", "of pressing still"));
+    a->Visit(Field("seed", &seed, AtLeast(0), "", "of what is not here"));
+  }
 };
 
 /** One update of a trial: the filter's inputs, its result, and the truth at the

@@ -579,8 +579,8 @@ std::vector<MetricLimit> MetricLimits(const ArmLimits& arm) {
 
 void MetricsParams::Validate() const {
   map.Validate();
-  ThrowUnlessNonNegative("MetricsParams", "delay", delay);
-  ThrowUnlessPositive("MetricsParams", "control_period", control_period);
+  ThrowUnlessIn("MetricsParams", "delay", delay, AtLeast(0));
+  ThrowUnlessIn("MetricsParams", "control_period", control_period, Above(0));
 }
 
 Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,

@@ -54,15 +54,10 @@ struct EnumStrings<ContactApproximation> {
 
 /** A box fixed in the world that the tool can touch. */
 struct BoxParams {
-  /** Unique within the scene. */
   std::string name;
-  /** m, in B. */
   Eigen::Vector3d center{0.5, 0.0, 0.1};
-  /** Full edge lengths along the box's axes, m, 1e-4 to 10. */
   Eigen::Vector3d size{0.1, 0.1, 0.1};
-  /** Rotation of the box about B's z, rad. */
   double yaw{0};
-  /** Red, green, blue, opacity; 0 to 1. */
   Eigen::Vector4d color{0.80, 0.70, 0.56, 1.0};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -71,47 +66,34 @@ struct BoxParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeRequired("name", &name));
-    a->Visit(MakeRequired("center", &center));
-    a->Visit(MakeRequired("size", &size));
-    a->Visit(MakeNameValue("yaw", &yaw));
-    a->Visit(MakeNameValue("color", &color));
+    a->Visit(Field("name", &name, "unique within the scene").Required());
+    a->Visit(Field("center", &center, Finite(), "m", "in B").Required());
+    a->Visit(Field("size", &size, Between(1e-4, 10), "m",
+                   "full edge lengths along the box's axes")
+                 .Required());
+    a->Visit(
+        Field("yaw", &yaw, Finite(), "rad", "rotation of the box about B's z"));
+    a->Visit(
+        Field("color", &color, Between(0, 1), "", "red, green, blue, opacity"));
   }
 };
 
 /** The simulated arm's surroundings and how contact is computed. */
 struct PandaSceneParams {
-  /** Height of the table's top over B, m, 1e-3 to 1.5; the table stands on
-  z = 0. */
   double table_height{0.10};
-  /** x and y of the table's centre, m, in B. */
   Eigen::Vector2d table_center{0.5, 0.0};
-  /** The table's edge lengths along x and y, m, 1e-3 to 10. */
   Eigen::Vector2d table_size{0.6, 0.8};
-  /** Further boxes that the tool can touch (walls, steps). */
   std::vector<BoxParams> boxes;
-  /** Coulomb coefficient between the tool and everything, 0 to 5. */
   double friction{0.3};
-  /** Of tool and surface together, N/m, 1 to 1e8; the corners of a flat tool
-  share it. */
   double contact_stiffness{3e4};
-  /** Hunt-Crossley coefficient d in f = k x (1 + d dx/dt), s/m, 0 to 1000; for
-  the approximations lagged and similar. */
   double contact_dissipation{10.0};
-  /** Linear dissipation in place of contact_dissipation for sap, s, 0 to 10. */
   double relaxation_time{0.01};
   ContactApproximation contact_approximation{ContactApproximation::kLagged};
-  /** Step of the plant, s, 1e-5 to 1e-2; control has a period of its own. */
   double time_step{1e-3};
   Tool tool{Tool::kSphere};
-  /** Between the corners of a flat tool along its edges, m, 0.005 to 0.2. */
   double tool_size{0.06};
-  /** Of all that is beyond the flange, kg, 1e-3 to 3; the inertia scales with
-  it. */
   double tool_mass{kToolMass};
-  /** Along -z of B, m/s^2, 0 to 100. */
   double gravity{9.81};
-  /** Of the tool point at time 0, m, in B, each -2 to 2. */
   Eigen::Vector3d start_position{0.45, 0.0, 0.18};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -132,22 +114,44 @@ struct PandaSceneParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("table_height", &table_height));
-    a->Visit(MakeNameValue("table_center", &table_center));
-    a->Visit(MakeNameValue("table_size", &table_size));
-    a->Visit(MakeNameValue("boxes", &boxes));
-    a->Visit(MakeNameValue("friction", &friction));
-    a->Visit(MakeNameValue("contact_stiffness", &contact_stiffness));
-    a->Visit(MakeNameValue("contact_dissipation", &contact_dissipation));
-    a->Visit(MakeNameValue("relaxation_time", &relaxation_time));
+    a->Visit(Field("table_height", &table_height, Between(1e-3, 1.5), "m",
+                   "of the table's top over B; the table stands on z = 0"));
+    a->Visit(Field("table_center", &table_center, Finite(), "m",
+                   "x and y of the table's centre, in B"));
+    a->Visit(Field("table_size", &table_size, Between(1e-3, 10), "m",
+                   "the table's edge lengths along x and y"));
+    a->Visit(Field("boxes", &boxes,
+                   "further ones that the tool can touch (walls, steps)"));
+    a->Visit(Field("friction", &friction, Between(0, 5), "",
+                   "Coulomb coefficient between the tool and everything"));
+    a->Visit(Field(
+        "contact_stiffness", &contact_stiffness, Between(1, 1e8), "N/m",
+        "of tool and surface together; the corners of a flat tool share it"));
+    a->Visit(Field("contact_dissipation", &contact_dissipation, Between(0, 1e3),
+                   "s/m",
+                   "Hunt-Crossley coefficient d in f = k x (1 + d dx/dt); for "
+                   "the approximations lagged and similar"));
+    a->Visit(
+        Field("relaxation_time", &relaxation_time, Between(0, 10), "s",
+              "linear dissipation in place of contact_dissipation for sap"));
     VisitEnum(a, "PandaSceneParams", "contact_approximation",
-              &contact_approximation);
-    a->Visit(MakeNameValue("time_step", &time_step));
-    VisitEnum(a, "PandaSceneParams", "tool", &tool);
-    a->Visit(MakeNameValue("tool_size", &tool_size));
-    a->Visit(MakeNameValue("tool_mass", &tool_mass));
-    a->Visit(MakeNameValue("gravity", &gravity));
-    a->Visit(MakeNameValue("start_position", &start_position));
+              &contact_approximation,
+              "Drake's discrete one; the first two keep Coulomb's law without "
+              "sap's gap of friction * time_step * slip");
+    a->Visit(Field("time_step", &time_step, Between(1e-5, 1e-2), "s",
+                   "of the plant; control has a period of its own"));
+    VisitEnum(a, "PandaSceneParams", "tool", &tool,
+              "a ball around E, or a square pad, E in the middle of its face, "
+              "that touches with a small ball in each corner");
+    a->Visit(Field("tool_size", &tool_size, Between(0.005, 0.2), "m",
+                   "between the corners of a flat tool along its edges"));
+    a->Visit(
+        Field("tool_mass", &tool_mass, Between(1e-3, 3), "kg",
+              "of all that is beyond the flange; the inertia scales with it"));
+    a->Visit(
+        Field("gravity", &gravity, Between(0, 100), "m/s^2", "along -z of B"));
+    a->Visit(Field("start_position", &start_position, Between(-2, 2), "m",
+                   "in B, of the tool point at time 0"));
   }
 };
 

@@ -581,7 +581,7 @@ Matrix3Xd CalcTurns(const std::vector<Matrix3d>& R) {
 
 Recording ReadRecording(const std::string& path, LengthUnit unit,
                         double scale) {
-  ThrowUnlessPositive("ReadRecording", "scale", scale);
+  ThrowUnlessIn("ReadRecording", "scale", scale, Above(0));
   const Table table = ReadTable(path);
   const auto values = table.matrix();
   Recording recording;

@@ -45,7 +45,7 @@ bool RunLog::AllFinite() const {
 
 void RunLog::Validate() const {
   constexpr const char* kWho = "RunLog";
-  ThrowUnlessFinite(kWho, "time", time);
+  ThrowUnlessIn(kWho, "time", time, Finite());
   for (Eigen::Index i = 1; i < time.size(); ++i) {
     if (time(i) <= time(i - 1)) {
       ThrowInvalidField(kWho, "time", "strictly increasing times", time(i));

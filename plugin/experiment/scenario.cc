@@ -5,8 +5,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <limits>
-#include <numbers>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -29,15 +27,16 @@ constexpr double kStepMargin = 1.2;
 // Standard deviations of the sensor's noise that a filter's threshold is above.
 constexpr double kNoiseMargin = 3.0;
 
-// Validates every struct among what it visits, the innermost first, and turns
+// Checks all that it visits, of structs the innermost first, and turns
 // "FooParams: field `x` expected ..." into "plane.foo.x: expected ...".
 class Checker {
  public:
   explicit Checker(std::string path) : path_(std::move(path)) {}
 
   template <typename T>
-  void Visit(const NameValue<T>& field) {
+  void Visit(const FieldValue<T>& field) {
     Check(path_ + "." + field.name(), field.value());
+    Named(path_, [&field] { FieldChecker("").Visit(field); });
   }
 
   // Calls `check`, whose errors are about `path`.
@@ -131,25 +130,12 @@ std::string FindUnstableLoop(const Scenario& scenario, double control_period,
 
 }  // namespace
 
-void LinkParams::Validate() const {
-  sender.Validate();
-  channel.Validate();
-  monitor.Validate();
-}
+void LinkParams::Validate() const { ValidateFields("LinkParams", *this); }
 
-void Waypoint::Validate() const {
-  constexpr const char* kWho = "Waypoint";
-  ThrowUnlessInRange(kWho, "time", time, 0, 3600);
-  ThrowUnlessAllInRange(kWho, "position", position, -2, 2);
-  ThrowUnlessAllInRange(kWho, "rotation", rotation, -std::numbers::pi,
-                        std::numbers::pi);
-}
+void Waypoint::Validate() const { ValidateFields("Waypoint", *this); }
 
 void OperatorParams::Validate() const {
-  for (const Waypoint& waypoint : waypoints) waypoint.Validate();
-  constexpr const char* kWho = "OperatorParams";
-  ThrowUnlessInRange(kWho, "press_depth", press_depth, 0, 0.1);
-  ThrowUnlessInRange(kWho, "recording_scale", recording_scale, Open(0), 1000);
+  ValidateFields("OperatorParams", *this);
 }
 
 void Scenario::ApplyPresets() {
@@ -221,13 +207,6 @@ void Scenario::Validate() {
 }
 
 void Scenario::CheckFields() {
-  Checker::Named(name, [this] {
-    ThrowUnlessInRange("Scenario", "duration", duration, 1e-3, 3600);
-    ThrowUnlessInRange("Scenario", "seed", static_cast<double>(seed), 0,
-                       Open(std::numeric_limits<double>::infinity()));
-    ThrowUnlessInRange("Scenario", "control_period", control_period, 1e-5,
-                       1e-2);
-  });
   Checker checker(name);
   VisitFields(&checker, true);
 }
@@ -237,7 +216,7 @@ void Scenario::CheckAcross() const {
   const double rate = link.rate();
   const double interval = 1.0 / rate;
   Checker::Named(name, [&] {
-    ThrowUnlessInRange("Scenario", "link.delay", delay, 0, kMaxDelay);
+    ThrowUnlessIn("Scenario", "link.delay", delay, Between(0, kMaxDelay));
   });
   if (link.monitor.timeout * rate < 2.0) {
     throw ScenarioError(Join(

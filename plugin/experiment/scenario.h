@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -93,9 +94,9 @@ struct LinkParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    sender.Serialize(a);
-    channel.Serialize(a);
-    monitor.Serialize(a);
+    VisitEmbedded(a, "sender", &sender, "of messages");
+    VisitEmbedded(a, "channel", &channel, "that carries them");
+    VisitEmbedded(a, "monitor", &monitor, "of those that arrive");
   }
 };
 
@@ -103,11 +104,10 @@ struct LinkParams {
 velocity, which finds the directions in which rotation is blocked. Its keys
 stand directly in `angular_filter`. */
 struct AngularFilterParams {
-  /** Whether it runs. Without it no moment is controlled. */
   bool enabled{false};
-  /** N m for N, rad/s for m/s. The thresholds fit a tool some centimetres wide
-  that is pressed with some newtons: on its edge the moment is 0.2 N m; that of
-  friction, which blocks nothing, is a third of that and to stay below. */
+  /** The thresholds fit a tool some centimetres wide that is pressed with some
+  newtons: on its edge the moment is 0.2 N m; that of friction, which blocks
+  nothing, is a third of that and to stay below. */
   ForceSpaceParticleFilterParams filter{MakeDefaults()};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -116,8 +116,9 @@ struct AngularFilterParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("enabled", &enabled));
-    filter.Serialize(a);
+    a->Visit(Field("enabled", &enabled,
+                   "whether it runs; without it no moment is controlled"));
+    VisitEmbedded(a, "filter", &filter, "with N m for N and rad/s for m/s");
   }
 
  private:
@@ -132,12 +133,8 @@ struct AngularFilterParams {
 
 /** A place to be at rest at a time. */
 struct Waypoint {
-  /** s, 0 to 3600. */
   double time{0};
-  /** m, in B, each -2 to 2. */
   Eigen::Vector3d position{Eigen::Vector3d::Zero()};
-  /** rad, in B, each -pi to pi: rotation vector of the tool from where it is at
-  home, R_BE = exp(rotation) R_cw. */
   Eigen::Vector3d rotation{Eigen::Vector3d::Zero()};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -146,26 +143,23 @@ struct Waypoint {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeRequired("time", &time));
-    a->Visit(MakeRequired("position", &position));
-    a->Visit(MakeNameValue("rotation", &rotation));
+    a->Visit(Field("time", &time, Between(0, 3600), "s", "when to be there")
+                 .Required());
+    a->Visit(
+        Field("position", &position, Between(-2, 2), "m", "in B").Required());
+    a->Visit(Field("rotation", &rotation,
+                   Between(-std::numbers::pi, std::numbers::pi), "rad",
+                   "in B: rotation vector of the tool from where it is at "
+                   "home, R_BE = exp(rotation) R_cw"));
   }
 };
 
 /** What the operator means to do, in the robot's frame B. */
 struct OperatorParams {
-  /** Minimum-jerk moves from each to the next; the first at time 0. */
   std::vector<Waypoint> waypoints;
-  /** CSV file of a human motion, in place of the waypoints; see recording.h. In
-  a scenario's file relative to that, else to the working directory; ~ is the
-  home directory. */
   std::string recording;
-  /** Of the positions in it. */
   LengthUnit recording_units{LengthUnit::kMetre};
-  /** By which its lengths are multiplied, in (0, 1000]. */
   double recording_scale{1};
-  /** How far below first touch a recording's contact height goes, m, 0 to 0.1.
-   */
   double press_depth{0.04};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -174,11 +168,21 @@ struct OperatorParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("waypoints", &waypoints));
-    a->Visit(MakeNameValue("recording", &recording));
-    VisitEnum(a, "OperatorParams", "recording_units", &recording_units);
-    a->Visit(MakeNameValue("recording_scale", &recording_scale));
-    a->Visit(MakeNameValue("press_depth", &press_depth));
+    a->Visit(
+        Field("waypoints", &waypoints,
+              "minimum-jerk moves from each to the next; the first at time 0"));
+    a->Visit(
+        Field("recording", &recording,
+              "CSV file of a human motion, in place of the waypoints (see "
+              "dual_proxy.recording); in a scenario's file relative to that, "
+              "else to the working directory; ~ is the home directory"));
+    VisitEnum(a, "OperatorParams", "recording_units", &recording_units,
+              "of the positions in it");
+    a->Visit(Field("recording_scale", &recording_scale, Between(Open(0), 1000),
+                   "", "by which its lengths are multiplied"));
+    a->Visit(
+        Field("press_depth", &press_depth, Between(0, 0.1), "m",
+              "how far below first touch a recording's contact height goes"));
   }
 };
 
@@ -201,22 +205,16 @@ In order of precedence, later wins: defaults, the YAML file, the presets of
 `scheme` and `law`, the section `overrides`, which has the scenario's own keys
 (but for these two). */
 struct Scenario {
-  std::string name{"scenario"};  ///< The top-level key.
+  std::string name{"scenario"};
   std::string description;
   Robot robot{Robot::kPanda};
   Scheme scheme{Scheme::kDualProxy};
   Law law{Law::kDefault};
-  /** s, 1e-3 to 3600. */
   double duration{20};
-  /** Lengthens the run to the end of the operator's path + 3 x delay + 2 s, so
-  that a late release is part of it. */
   bool extend_for_delay{true};
-  /** Of everything random, >= 0. */
   std::int64_t seed{0};
-  /** Of both sides' control, s, 1e-5 to 0.01. Beyond 1 ms, for which the gains
-  are made, only as long as the law is stable with it: control_period and
-  scene.time_step together may be 20 % longer before a loop does not come to
-  rest (control/loop_stability.h). */
+  /** control_period and scene.time_step together may be 20 % longer before a
+  loop does not come to rest (control/loop_stability.h). */
   double control_period{1e-3};
   PandaSceneParams scene;
   WorkspaceMapParams map;
@@ -237,13 +235,12 @@ struct Scenario {
     params.max_mass = 25;
     return params;
   }()};
-  /** At 100 Hz; see docs/benchmarks.md. */
   ForceSpaceParticleFilterParams filter{[] {
     ForceSpaceParticleFilterParams params;
     params.period = 0.01;
     return params;
   }()};
-  AngularFilterParams angular_filter;  ///< Of the dual proxy only.
+  AngularFilterParams angular_filter;
   HapticSideProxyParams haptic_proxy;
   HapticControllerParams haptic_controller;
   PositionForceHapticSideParams position_force;
@@ -273,7 +270,7 @@ struct Scenario {
     SerializeSections(a);
     ApplyPresets();
     Overrides overrides{this};
-    a->Visit(MakeNameValue("overrides", &overrides));
+    a->Visit(Field("overrides", &overrides, "keys of the scenario's own"));
   }
 
   /** Visits all that is written but the overrides, and changes nothing else. */
@@ -327,35 +324,50 @@ struct Scenario {
   @throws ScenarioError as CalcOperatorPath(). */
   double CalcRunDuration() const;
 
- private:
-  // All but the name; with or without the two that bring presets.
+  /** Visits all fields but the name; with or without the two that bring
+  presets. */
   template <typename Archive>
   void VisitFields(Archive* a, bool scheme_and_law) {
-    a->Visit(MakeNameValue("description", &description));
-    VisitEnum(a, "Scenario", "robot", &robot);
+    a->Visit(Field("description", &description, "one line"));
+    VisitEnum(a, "Scenario", "robot", &robot, "which arm");
     if (scheme_and_law) {
-      VisitEnum(a, "Scenario", "scheme", &scheme);
-      VisitEnum(a, "Scenario", "law", &law);
+      VisitEnum(a, "Scenario", "scheme", &scheme,
+                "position_force is the two-channel baseline");
+      VisitEnum(a, "Scenario", "law", &law,
+                "this project's, or the paper's to the letter");
     }
-    a->Visit(MakeNameValue("duration", &duration));
-    a->Visit(MakeNameValue("extend_for_delay", &extend_for_delay));
-    a->Visit(MakeNameValue("seed", &seed));
-    a->Visit(MakeNameValue("control_period", &control_period));
-    a->Visit(MakeNameValue("scene", &scene));
-    a->Visit(MakeNameValue("map", &map));
-    a->Visit(MakeNameValue("link", &link));
-    a->Visit(MakeNameValue("robot_proxy", &robot_proxy));
-    a->Visit(MakeNameValue("controller", &controller));
-    a->Visit(MakeNameValue("filter", &filter));
-    a->Visit(MakeNameValue("angular_filter", &angular_filter));
-    a->Visit(MakeNameValue("haptic_proxy", &haptic_proxy));
-    a->Visit(MakeNameValue("haptic_controller", &haptic_controller));
-    a->Visit(MakeNameValue("position_force", &position_force));
-    a->Visit(MakeNameValue("device", &device));
-    a->Visit(MakeNameValue("sensor", &sensor));
-    a->Visit(MakeNameValue("operator", &operator_params));
+    a->Visit(
+        Field("duration", &duration, Between(1e-3, 3600), "s", "of a run"));
+    a->Visit(Field("extend_for_delay", &extend_for_delay,
+                   "lengthens the run to the end of the operator's path + 3 x "
+                   "delay + 2 s, so that a late release is part of it; setting "
+                   "`duration` by an override turns this off"));
+    a->Visit(Field("seed", &seed, AtLeast(0), "", "of everything random"));
+    a->Visit(Field("control_period", &control_period, Between(1e-5, 1e-2), "s",
+                   "of both sides' control; beyond 1 ms, for which the gains "
+                   "are made, only as long as the law is stable with it"));
+    a->Visit(Field("scene", &scene, "the arm's surroundings"));
+    a->Visit(
+        Field("map", &map, "between device and robot; its p_cw is a copy"));
+    a->Visit(Field("link", &link, "both directions of it"));
+    a->Visit(Field("robot_proxy", &robot_proxy,
+                   "the dual proxy on the robot's side"));
+    a->Visit(Field("controller", &controller, "of the robot"));
+    a->Visit(Field("filter", &filter, "at 100 Hz; see docs/benchmarks.md"));
+    a->Visit(
+        Field("angular_filter", &angular_filter, "of the dual proxy only"));
+    a->Visit(Field("haptic_proxy", &haptic_proxy,
+                   "the dual proxy on the device's side"));
+    a->Visit(Field("haptic_controller", &haptic_controller, "of the device"));
+    a->Visit(Field("position_force", &position_force,
+                   "the two-channel baseline on the device's side"));
+    a->Visit(
+        Field("device", &device, "what stands for the device and its hand"));
+    a->Visit(Field("sensor", &sensor, "between arm and tool"));
+    a->Visit(Field("operator", &operator_params, "what they mean to do"));
   }
 
+ private:
   void CheckFields();
   void CheckAcross() const;
   void CheckPeriods() const;

@@ -203,7 +203,7 @@ PandaScene AddPandaScene(drake::systems::DiagramBuilder<double>* builder,
                          const PandaSceneParams& params, const Vector7& q_start,
                          bool drawn) {
   params.Validate();
-  ThrowUnlessFinite("AddPandaScene", "q_start", q_start);
+  ThrowUnlessIn("AddPandaScene", "q_start", q_start, Finite());
   auto owned = std::make_unique<MultibodyPlant<double>>(params.time_step);
   MultibodyPlant<double>* plant = owned.get();
   plant->set_name("panda");
@@ -268,9 +268,9 @@ Vector7 PandaModel::SolveInverseKinematics(const Vector3d& p_BE,
                                            const Matrix3d& R_BE,
                                            const Vector7& q_near) const {
   constexpr const char* kWho = "SolveInverseKinematics";
-  ThrowUnlessFinite(kWho, "p_BE", p_BE);
-  ThrowUnlessRotation(kWho, "R_BE", R_BE);
-  ThrowUnlessFinite(kWho, "q_near", q_near);
+  ThrowUnlessIn(kWho, "p_BE", p_BE, Finite());
+  ThrowUnlessIn(kWho, "R_BE", R_BE, Rotation());
+  ThrowUnlessIn(kWho, "q_near", q_near, Finite());
   const Frame<double>& world = plant_.world_frame();
   const Frame<double>& tool_point = plant_.GetFrameByName("tool_point");
   drake::multibody::InverseKinematics ik(plant_);

@@ -7,11 +7,7 @@
 namespace dual_proxy {
 
 void PositionForceHapticSideParams::Validate() const {
-  constexpr const char* kWho = "PositionForceHapticSideParams";
-  map.Validate();
-  link.Validate();
-  ThrowUnlessNonNegative(kWho, "force_scale", force_scale);
-  ThrowUnlessNonNegative(kWho, "max_force", max_force);
+  ValidateFields("PositionForceHapticSideParams", *this);
 }
 
 PositionForceHapticSide::PositionForceHapticSide(const Params& params)

@@ -27,10 +27,12 @@ struct PositionForceHapticSideParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("map", &map));
-    a->Visit(MakeNameValue("link", &link));
-    a->Visit(MakeNameValue("force_scale", &force_scale));
-    a->Visit(MakeNameValue("max_force", &max_force));
+    a->Visit(Field("map", &map, "only its R_DB matters"));
+    a->Visit(Field("link", &link, "what counts as a good message"));
+    a->Visit(Field("force_scale", &force_scale, AtLeast(0), "",
+                   "share of the robot's force that the hand feels"));
+    a->Visit(Field("max_force", &max_force, AtLeast(0), "N",
+                   "bound on the force on the hand"));
   }
 };
 

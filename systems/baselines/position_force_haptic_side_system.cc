@@ -10,7 +10,7 @@ using State = PositionForceHapticSideState;
 PositionForceHapticSideSystem::PositionForceHapticSideSystem(
     const PositionForceHapticSideParams& params, double period)
     : Face(Feedthrough::kNo), side_(params) {
-  ThrowUnlessPositive("PositionForceHapticSideSystem", "period", period);
+  ThrowUnlessIn("PositionForceHapticSideSystem", "period", period, Above(0));
   DeclareValueInput<ForceMessage>("force_message");
   DeclareMemory(side_.MakeState(), period);
   DeclareVectorOutput("device_wrench", 6,

@@ -38,6 +38,37 @@ std::string EntryName(const char* field, Eigen::Index index) {
   return std::string(field) + "[" + std::to_string(index) + "]";
 }
 
+std::string NameOf(const Bound& bound) {
+  return bound.name != nullptr ? bound.name : NumberText(bound.value);
+}
+
+std::string NameAndValueOf(const Bound& bound) {
+  const std::string value = NumberText(bound.value);
+  return bound.name != nullptr ? bound.name + (" (" + value + ")") : value;
+}
+
+// `text` shows a bound; nothing for any finite number.
+template <typename BoundText>
+std::string Describe(const Range& range, const BoundText& text) {
+  const auto& [low, high, rotation] = range;
+  if (rotation) return "a rotation matrix";
+  if (std::isfinite(high.value)) {
+    return std::string("in ") + (low.open ? "(" : "[") + text(low) + ", " +
+           text(high) + (high.open ? ")" : "]");
+  }
+  if (std::isfinite(low.value)) return (low.open ? "> " : ">= ") + text(low);
+  return "";
+}
+
+bool IsRotation(const Eigen::Ref<const Eigen::MatrixXd>& value) {
+  constexpr double kTolerance = 1e-6;
+  return value.allFinite() &&
+         (value * value.transpose() - Eigen::Matrix3d::Identity())
+                 .cwiseAbs()
+                 .maxCoeff() <= kTolerance &&
+         value.topLeftCorner<3, 3>().determinant() > 0;
+}
+
 }  // namespace
 
 std::string NumberText(double value) {
@@ -57,60 +88,37 @@ std::string NumberText(double value) {
   return text.data();
 }
 
-void ThrowUnlessInRange(const char* who, const char* field, double value,
-                        Bound low, Bound high) {
+std::string RangeText(const Range& range) { return Describe(range, NameOf); }
+
+void ThrowUnlessIn(const char* who, const char* field, double value,
+                   const Range& range) {
+  const auto& [low, high, rotation] = range;
   const bool above = low.open ? value > low.value : value >= low.value;
   const bool below = high.open ? value < high.value : value <= high.value;
   if (std::isfinite(value) && above && below) return;
-  Throw(who, field,
-        std::string("a number in ") + (low.open ? "(" : "[") +
-            NumberText(low.value) + ", " + NumberText(high.value) +
-            (high.open ? ")" : "]"),
+  const std::string text = Describe(range, NameAndValueOf);
+  const char* const kind =
+      std::isfinite(high.value) ? "a number " : "a finite value ";
+  Throw(who, field, text.empty() ? "a finite value" : kind + text,
         NumberText(value));
 }
 
-void ThrowUnlessAllInRange(const char* who, const char* field,
-                           const Eigen::Ref<const Eigen::VectorXd>& values,
-                           Bound low, Bound high) {
-  for (int i = 0; i < values.size(); ++i) {
-    ThrowUnlessInRange(who, EntryName(field, i).c_str(), values(i), low, high);
+void ThrowUnlessIn(const char* who, const char* field,
+                   const Eigen::Ref<const Eigen::MatrixXd>& values,
+                   const Range& range) {
+  const std::string text = RangeText(range);
+  if (range.rotation) {
+    if (!IsRotation(values)) Throw(who, field, text, Text(values));
+  } else if (text.empty()) {
+    if (!values.allFinite()) {
+      Throw(who, field, "finite values", Text(values.reshaped().transpose()));
+    }
+  } else {
+    for (Eigen::Index i = 0; i < values.size(); ++i) {
+      ThrowUnlessIn(who, EntryName(field, i).c_str(), values.reshaped()(i),
+                    range);
+    }
   }
-}
-
-void ThrowUnlessPositive(const char* who, const char* field, double value) {
-  if (std::isfinite(value) && value > 0) return;
-  Throw(who, field, "a finite value > 0", NumberText(value));
-}
-
-void ThrowUnlessAllPositive(const char* who, const char* field,
-                            const Eigen::Ref<const Eigen::VectorXd>& values) {
-  for (int i = 0; i < values.size(); ++i) {
-    ThrowUnlessPositive(who, EntryName(field, i).c_str(), values(i));
-  }
-}
-
-void ThrowUnlessNonNegative(const char* who, const char* field, double value) {
-  if (std::isfinite(value) && value >= 0) return;
-  Throw(who, field, "a finite value >= 0", NumberText(value));
-}
-
-void ThrowUnlessFinite(const char* who, const char* field,
-                       const Eigen::Ref<const Eigen::VectorXd>& value) {
-  if (value.allFinite()) return;
-  Throw(who, field, "finite values", Text(value.transpose()));
-}
-
-void ThrowUnlessRotation(const char* who, const char* field,
-                         const Eigen::Matrix3d& value) {
-  constexpr double kTolerance = 1e-6;
-  if (value.allFinite() &&
-      (value * value.transpose() - Eigen::Matrix3d::Identity())
-              .cwiseAbs()
-              .maxCoeff() <= kTolerance &&
-      value.determinant() > 0) {
-    return;
-  }
-  Throw(who, field, "a rotation matrix", Text(value));
 }
 
 void ThrowInvalidField(const char* who, const char* field, const char* expected,

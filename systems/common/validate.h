@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -40,46 +41,49 @@ std::string NumberText(double value);
 /** One end of a range of numbers: part of it, or Open(), where it is not. */
 struct Bound {
   // NOLINTNEXTLINE(google-explicit-constructor): a number is a closed bound.
-  constexpr Bound(double value_in, bool open_in = false)
-      : value(value_in), open(open_in) {}
+  constexpr Bound(double value_in, const char* name_in = nullptr)
+      : value(value_in), name(name_in) {}
 
   double value;
-  bool open;
+  const char* name;  ///< What the value is, if it is not the same for all.
+  bool open{false};
 };
 
 /** The end of a range that does not belong to it. */
-constexpr Bound Open(double value) { return {value, true}; }
+constexpr Bound Open(Bound bound) {
+  bound.open = true;
+  return bound;
+}
 
-/** @throws std::invalid_argument unless value is finite and between the bounds,
-which the message shows as in "[0, 1)". */
-void ThrowUnlessInRange(const char* who, const char* field, double value,
-                        Bound low, Bound high);
+/** What a number, or every entry of an array, may be; always finite. */
+struct Range {
+  Bound low{-std::numeric_limits<double>::infinity()};
+  Bound high{std::numeric_limits<double>::infinity()};
+  bool rotation{false};  ///< A rotation matrix, in place of bounds.
+};
 
-/** The same for every entry; the error names the first wrong one, `field[i]`.
- */
-void ThrowUnlessAllInRange(const char* who, const char* field,
-                           const Eigen::Ref<const Eigen::VectorXd>& values,
-                           Bound low, Bound high);
+constexpr Range Finite() { return {}; }
+constexpr Range AtLeast(Bound low) { return {.low = low}; }
+constexpr Range Above(Bound low) { return {.low = Open(low)}; }
+constexpr Range Between(Bound low, Bound high) {
+  return {.low = low, .high = high};
+}
+/** Orthonormal to 1e-6, determinant +1. */
+constexpr Range Rotation() { return {.rotation = true}; }
 
-/** @throws std::invalid_argument unless value is finite and > 0. */
-void ThrowUnlessPositive(const char* who, const char* field, double value);
+/** As documentation shows it: ">= 0", "in (0, max_energy]", "a rotation
+matrix"; nothing for any finite number. */
+std::string RangeText(const Range& range);
 
-/** The same for every entry; the error names the first wrong one, `field[i]`.
- */
-void ThrowUnlessAllPositive(const char* who, const char* field,
-                            const Eigen::Ref<const Eigen::VectorXd>& values);
+/** @throws std::invalid_argument unless value is in the range. */
+void ThrowUnlessIn(const char* who, const char* field, double value,
+                   const Range& range);
 
-/** @throws std::invalid_argument unless value is finite and >= 0. */
-void ThrowUnlessNonNegative(const char* who, const char* field, double value);
-
-/** @throws std::invalid_argument unless every entry is finite. */
-void ThrowUnlessFinite(const char* who, const char* field,
-                       const Eigen::Ref<const Eigen::VectorXd>& value);
-
-/** @throws std::invalid_argument unless value is a rotation matrix: finite,
-orthonormal to 1e-6, determinant +1. */
-void ThrowUnlessRotation(const char* who, const char* field,
-                         const Eigen::Matrix3d& value);
+/** The same for every entry; where a bound is what is wrong, the error names
+the entry, `field[i]`. */
+void ThrowUnlessIn(const char* who, const char* field,
+                   const Eigen::Ref<const Eigen::MatrixXd>& values,
+                   const Range& range);
 
 /** Throws the error of this file's form for any other condition. `expected`
 completes "expected ...", `got` is what was given. */

@@ -42,7 +42,7 @@ class WindowMean {
   /** @param window T, s, > 0.
   @throws std::invalid_argument if it is not. */
   explicit WindowMean(double window) : window_(window) {
-    ThrowUnlessPositive("WindowMean", "window", window);
+    ThrowUnlessIn("WindowMean", "window", window, Above(0));
   }
 
   /** T, s. */

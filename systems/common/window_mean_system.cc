@@ -7,7 +7,7 @@ namespace dual_proxy {
 
 WindowMeanSystem::WindowMeanSystem(double window, double period)
     : Face(Feedthrough::kNo), mean_(window) {
-  ThrowUnlessPositive("WindowMeanSystem", "period", period);
+  ThrowUnlessIn("WindowMeanSystem", "period", period, Above(0));
   DeclareVectorInputPort("value", 3);
   DeclareMemory(mean_.MakeState(), period);
   DeclareVectorOutput(

@@ -25,7 +25,7 @@ constexpr double kInertiaTolerance = 1e-6;
 
 void ThrowUnlessInertia(const char* who, const char* field,
                         const Matrix3d& value) {
-  ThrowUnlessFinite(who, field, value.reshaped());
+  ThrowUnlessIn(who, field, value, Finite());
   const double tolerance = kInertiaTolerance * value.cwiseAbs().maxCoeff();
   const double asymmetry = (value - value.transpose()).cwiseAbs().maxCoeff();
   if (asymmetry > tolerance) {
@@ -75,16 +75,16 @@ struct Inertia {
 
 void ArmModelParams::Validate() const {
   const char* who = "ArmModelParams";
-  ThrowUnlessFinite(who, "p_PJ", p_PJ.reshaped());
+  ThrowUnlessIn(who, "p_PJ", p_PJ, Finite());
   for (int i = 0; i < kNumJoints; ++i) {
-    ThrowUnlessRotation(who, Indexed("R_PJ", i).c_str(), R_PJ[i]);
-    ThrowUnlessPositive(who, Indexed("mass", i).c_str(), mass(i));
+    ThrowUnlessIn(who, Indexed("R_PJ", i).c_str(), R_PJ[i], Rotation());
+    ThrowUnlessIn(who, Indexed("mass", i).c_str(), mass(i), Above(0));
     ThrowUnlessInertia(who, Indexed("inertia", i).c_str(), inertia[i]);
   }
-  ThrowUnlessFinite(who, "com", com.reshaped());
-  ThrowUnlessFinite(who, "p_LE", p_LE);
-  ThrowUnlessRotation(who, "R_LE", R_LE);
-  ThrowUnlessFinite(who, "gravity", gravity);
+  ThrowUnlessIn(who, "com", com, Finite());
+  ThrowUnlessIn(who, "p_LE", p_LE, Finite());
+  ThrowUnlessIn(who, "R_LE", R_LE, Rotation());
+  ThrowUnlessIn(who, "gravity", gravity, Finite());
 }
 
 ArmModel::ArmModel(ArmModelParams params) : params_(std::move(params)) {

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "dual_proxy/common/low_pass.h"
-#include "dual_proxy/common/validate.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
 namespace dual_proxy {
@@ -29,18 +28,7 @@ TimeDomainPassivityParams WithPeriod(TimeDomainPassivityParams params,
 }  // namespace
 
 void ForceLoopParams::Validate() const {
-  const char* who = "ForceLoopParams";
-  ThrowUnlessNonNegative(who, "gain", gain);
-  ThrowUnlessNonNegative(who, "integral_gain", integral_gain);
-  ThrowUnlessNonNegative(who, "damping", damping);
-  ThrowUnlessNonNegative(who, "max_proportional_force", max_proportional_force);
-  ThrowUnlessNonNegative(who, "max_integral_force", max_integral_force);
-  ThrowUnlessNonNegative(who, "integral_delay", integral_delay);
-  ThrowUnlessPositive(who, "speed_limit", speed_limit);
-  ThrowUnlessNonNegative(who, "filter_cutoff", filter_cutoff);
-  ThrowUnlessNonNegative(who, "release_time", release_time);
-  ThrowUnlessPositive(who, "period", period);
-  WithPeriod(passivity, period).Validate();
+  ValidateFields("ForceLoopParams", *this);
 }
 
 ForceLoop::ForceLoop(ForceLoopParams params)

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/passivity_controller.h"
 
 namespace dual_proxy {
@@ -10,27 +11,44 @@ namespace dual_proxy {
 /** Parameters of ForceLoop. The same class closes the loop on forces (N, m/s)
 and, with the units in brackets, on moments (N m, rad/s). */
 struct ForceLoopParams {
-  double gain{2.5};           ///< Kpf, >= 0, dimensionless.
-  double integral_gain{5.5};  ///< Kif, 1/s, >= 0.
-  double damping{20};         ///< Kvf, N s/m [N m s/rad], >= 0.
-  /** N [N m], >= 0; 0 is none: bound on the norm of Kpf e. */
+  double gain{2.5};
+  double integral_gain{5.5};
+  double damping{20};
   double max_proportional_force{0};
-  /** N [N m], >= 0: bound on the norm of the integral's force. */
   double max_integral_force{10};
-  double integral_delay{0};  ///< s, >= 0: before a new contact is integrated.
-  /** m/s [rad/s], > 0: how fast the loop may move the tool. */
+  double integral_delay{0};
   double speed_limit{0.1};
-  /** Hz, >= 0: cutoff of the low-pass on the sensed force; 0 is off. */
   double filter_cutoff{100};
-  /** s, >= 0: in which the force of an integral that a new selection has no
-  room for fades out (to 5 %); 0 drops it at once. */
   double release_time{0.03};
-  /** Its `period` is ignored: the loop's own holds. */
   TimeDomainPassivityParams passivity{};
-  double period{0.001};  ///< s, > 0: time between updates.
+  double period{0.001};
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(Field("gain", &gain, AtLeast(0), "", "Kpf"));
+    a->Visit(Field("integral_gain", &integral_gain, AtLeast(0), "1/s", "Kif"));
+    a->Visit(Field("damping", &damping, AtLeast(0), "N s/m", "Kvf"));
+    a->Visit(Field("max_proportional_force", &max_proportional_force,
+                   AtLeast(0), "N", "bound on |Kpf e|; 0 is none"));
+    a->Visit(Field("max_integral_force", &max_integral_force, AtLeast(0), "N",
+                   "bound on |Kif int e|"));
+    a->Visit(Field("integral_delay", &integral_delay, AtLeast(0), "s",
+                   "before a new contact is integrated"));
+    a->Visit(Field("speed_limit", &speed_limit, Above(0), "m/s",
+                   "how fast the loop may move the tool"));
+    a->Visit(Field("filter_cutoff", &filter_cutoff, AtLeast(0), "Hz",
+                   "low-pass on the sensed force; 0 is off"));
+    a->Visit(Field("release_time", &release_time, AtLeast(0), "s",
+                   "in which the force of an integral that a new selection has "
+                   "no room for fades to 5 %; 0 drops it at once"));
+    a->Visit(Field("passivity", &passivity,
+                   "its period is ignored: the loop's own holds"));
+    a->Visit(Field("period", &period, Above(0), "s", "between updates"));
+  }
 };
 
 /** Memory of ForceLoop; 3-vectors in B. */

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/control/haptic_controller.h"
 
-#include "dual_proxy/common/validate.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
 namespace dual_proxy {
@@ -11,11 +10,7 @@ using Eigen::Vector3d;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 void HapticControllerParams::Validate() const {
-  const char* who = "HapticControllerParams";
-  ThrowUnlessNonNegative(who, "force_damping", force_damping);
-  ThrowUnlessNonNegative(who, "max_force", max_force);
-  ThrowUnlessNonNegative(who, "max_moment", max_moment);
-  ThrowUnlessPositive(who, "period", period);
+  ValidateFields("HapticControllerParams", *this);
 }
 
 HapticController::HapticController(HapticControllerParams params)

@@ -10,11 +10,10 @@ namespace dual_proxy {
 
 /** Parameters of HapticController. */
 struct HapticControllerParams {
-  /** Kvf_h, N s/m, >= 0: 90 % of the Omega.7's maximum. */
   double force_damping{27};
-  double max_force{12};  ///< N, >= 0: the device's maximum.
-  double max_moment{0};  ///< N m, >= 0: 0 for a device without moments.
-  double period{0.001};  ///< s, > 0: control period of the device.
+  double max_force{12};
+  double max_moment{0};
+  double period{0.001};
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
@@ -22,10 +21,14 @@ struct HapticControllerParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("force_damping", &force_damping));
-    a->Visit(MakeNameValue("max_force", &max_force));
-    a->Visit(MakeNameValue("max_moment", &max_moment));
-    a->Visit(MakeNameValue("period", &period));
+    a->Visit(Field("force_damping", &force_damping, AtLeast(0), "N s/m",
+                   "Kvf_h: 90 % of the Omega.7's maximum"));
+    a->Visit(Field("max_force", &max_force, AtLeast(0), "N",
+                   "the device's maximum"));
+    a->Visit(Field("max_moment", &max_moment, AtLeast(0), "N m",
+                   "0 for a device without moments"));
+    a->Visit(
+        Field("period", &period, Above(0), "s", "of the device's control"));
   }
 };
 

@@ -17,11 +17,7 @@ constexpr double kSpeedTime = 0.02;  // s: T_v.
 
 void JointLimitsParams::Validate() const {
   constexpr const char* kWho = "JointLimitsParams";
-  ThrowUnlessFinite(kWho, "lower", lower);
-  ThrowUnlessFinite(kWho, "upper", upper);
-  ThrowUnlessAllPositive(kWho, "speed", speed);
-  ThrowUnlessNonNegative(kWho, "position_margin", position_margin);
-  ThrowUnlessInRange(kWho, "speed_margin", speed_margin, 0, Open(1));
+  ValidateFields(kWho, *this);
   for (int i = 0; i < 7; ++i) {
     if (lower(i) + 2 * position_margin < upper(i)) continue;
     const std::string field = "upper[" + std::to_string(i) + "]";

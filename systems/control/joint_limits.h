@@ -9,12 +9,11 @@ namespace dual_proxy {
 
 /** Parameters of JointLimits. */
 struct JointLimitsParams {
-  /** rad: each joint's ends. */
   Vector7 lower{ArmLimits{}.joint_lower};
   Vector7 upper{ArmLimits{}.joint_upper};
-  Vector7 speed{ArmLimits{}.joint_speed};  ///< rad/s, > 0.
-  double position_margin{0.05};  ///< rad, >= 0: kept free at both ends.
-  double speed_margin{0.1};      ///< [0, 1): share of `speed` kept free.
+  Vector7 speed{ArmLimits{}.joint_speed};
+  double position_margin{0.05};
+  double speed_margin{0.1};
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
@@ -22,11 +21,13 @@ struct JointLimitsParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("lower", &lower));
-    a->Visit(MakeNameValue("upper", &upper));
-    a->Visit(MakeNameValue("speed", &speed));
-    a->Visit(MakeNameValue("position_margin", &position_margin));
-    a->Visit(MakeNameValue("speed_margin", &speed_margin));
+    a->Visit(Field("lower", &lower, Finite(), "rad", "each joint's lower end"));
+    a->Visit(Field("upper", &upper, Finite(), "rad", "each joint's upper end"));
+    a->Visit(Field("speed", &speed, Above(0), "rad/s", "each joint's largest"));
+    a->Visit(Field("position_margin", &position_margin, AtLeast(0), "rad",
+                   "kept free at both ends"));
+    a->Visit(Field("speed_margin", &speed_margin, Between(0, Open(1)), "",
+                   "share of the speed kept free"));
   }
 };
 

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "dual_proxy/common/validate.h"
 #include "dual_proxy/link/message.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
@@ -49,12 +48,6 @@ ForceLoopParams MakeMomentLoopParams(
                        .period = params.period};
   loop.passivity.enabled = params.passivity;
   return loop;
-}
-
-TimeDomainPassivityParams WithPeriod(TimeDomainPassivityParams params,
-                                     double period) {
-  params.period = period;
-  return params;
 }
 
 // The lower triangle of A becomes its Cholesky factor; false if A is not
@@ -152,42 +145,7 @@ bool IsValid(const OperationalSpaceControllerInput& input) {
 }  // namespace
 
 void OperationalSpaceControllerParams::Validate() const {
-  const char* who = "OperationalSpaceControllerParams";
-  ThrowUnlessNonNegative(who, "position_stiffness", position_stiffness);
-  ThrowUnlessNonNegative(who, "position_damping", position_damping);
-  ThrowUnlessNonNegative(who, "rotation_stiffness", rotation_stiffness);
-  ThrowUnlessNonNegative(who, "rotation_damping", rotation_damping);
-  ThrowUnlessNonNegative(who, "motion_speed_limit", motion_speed_limit);
-  ThrowUnlessNonNegative(who, "rotation_speed_limit", rotation_speed_limit);
-  ThrowUnlessNonNegative(who, "force_gain", force_gain);
-  ThrowUnlessNonNegative(who, "force_integral_gain", force_integral_gain);
-  ThrowUnlessNonNegative(who, "force_damping", force_damping);
-  ThrowUnlessNonNegative(who, "max_proportional_force", max_proportional_force);
-  ThrowUnlessNonNegative(who, "max_integral_force", max_integral_force);
-  ThrowUnlessNonNegative(who, "force_integral_delay", force_integral_delay);
-  ThrowUnlessNonNegative(who, "moment_gain", moment_gain);
-  ThrowUnlessNonNegative(who, "moment_integral_gain", moment_integral_gain);
-  ThrowUnlessNonNegative(who, "moment_damping", moment_damping);
-  ThrowUnlessNonNegative(who, "max_proportional_moment",
-                         max_proportional_moment);
-  ThrowUnlessNonNegative(who, "max_integral_moment", max_integral_moment);
-  ThrowUnlessPositive(who, "force_speed_limit", force_speed_limit);
-  ThrowUnlessPositive(who, "moment_speed_limit", moment_speed_limit);
-  ThrowUnlessNonNegative(who, "force_filter_cutoff", force_filter_cutoff);
-  ThrowUnlessNonNegative(who, "selection_blend_time", selection_blend_time);
-  ThrowUnlessFinite(who, "q_rest", q_rest);
-  ThrowUnlessNonNegative(who, "posture_stiffness", posture_stiffness);
-  ThrowUnlessNonNegative(who, "posture_damping", posture_damping);
-  ThrowUnlessNonNegative(who, "posture_speed_limit", posture_speed_limit);
-  ThrowUnlessPositive(who, "max_mass", max_mass);
-  ThrowUnlessPositive(who, "characteristic_length", characteristic_length);
-  joint_limits.Validate();
-  ThrowUnlessAllPositive(who, "torque_limit", torque_limit);
-  ThrowUnlessPositive(who, "torque_rate_limit", torque_rate_limit);
-  ThrowUnlessInRange(who, "torque_margin", torque_margin, 0, Open(1));
-  ThrowUnlessPositive(who, "period", period);
-  WithPeriod(force_passivity, period).Validate();
-  WithPeriod(moment_passivity, period).Validate();
+  ValidateFields("OperationalSpaceControllerParams", *this);
 }
 
 OperationalSpaceInertia CalcOperationalSpaceInertia(const Matrix67& J_BE,

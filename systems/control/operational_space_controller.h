@@ -17,93 +17,64 @@ namespace dual_proxy {
 /** Parameters of OperationalSpaceController. The gains' defaults are the
 paper's for the Panda (section VI). */
 struct OperationalSpaceControllerParams {
-  double position_stiffness{500};  ///< Kpm, 1/s^2, >= 0.
-  double position_damping{40};     ///< Kvm, 1/s, >= 0.
-  double rotation_stiffness{600};  ///< 1/s^2, >= 0.
-  double rotation_damping{38};     ///< 1/s, >= 0.
-  /** m/s and rad/s, >= 0; 0 is none: how fast an error may be closed: the
-  stiffness' pull is bounded to the damping at this speed. A tool that was kept
-  from its proxy by a contact does not dash there when that is gone. */
+  double position_stiffness{500};
+  double position_damping{40};
+  double rotation_stiffness{600};
+  double rotation_damping{38};
   double motion_speed_limit{0};
   double rotation_speed_limit{0};
 
-  double force_gain{2.5};           ///< Kpf, >= 0.
-  double force_integral_gain{5.5};  ///< Kif, 1/s, >= 0.
-  double force_damping{20};         ///< Kvf, N s/m, >= 0.
-  /** N, >= 0; 0 is none: bound on |Kpf e|. A force far from the reference, as
-  of a bias, is answered no faster than the arm's torques can turn round. */
+  double force_gain{2.5};
+  double force_integral_gain{5.5};
+  double force_damping{20};
   double max_proportional_force{0};
-  double max_integral_force{10};  ///< N, >= 0: bound on |Kif int|.
-  /** s, >= 0: before forces and moments of a new contact are integrated
-  (ForceLoopParams::integral_delay). */
+  double max_integral_force{10};
   double force_integral_delay{0};
-  double moment_gain{2.5};            ///< >= 0.
-  double moment_integral_gain{5.5};   ///< 1/s, >= 0.
-  double moment_damping{0.8};         ///< N m s/rad, >= 0.
-  double max_proportional_moment{0};  ///< N m, >= 0; 0 is none.
-  double max_integral_moment{1};      ///< N m, >= 0.
-  /** m/s and rad/s, > 0: how fast the tool may move in force and in moment
-  space by the loops' own doing (ForceLoopParams::speed_limit). */
+  double moment_gain{2.5};
+  double moment_integral_gain{5.5};
+  double moment_damping{0.8};
+  double max_proportional_moment{0};
+  double max_integral_moment{1};
   double force_speed_limit{0.1};
   double moment_speed_limit{1};
-  /** Hz, >= 0: low-pass on the sensed wrench; 0 is off. Its phase is what makes
-  force_gain 2.5 need the passivity controller. */
+  /** Its phase is what makes force_gain 2.5 need the passivity controller. */
   double force_filter_cutoff{100};
 
-  /** True: the limited proxy's velocity and acceleration are fed forward, so
-  that the robot does not trail it by Kvm/Kpm. False: eq. (12) as printed. */
   bool feed_forward{true};
-  /** s, >= 0: blend of a new selection (SelectionBlend); 0 switches at once, as
-  printed. */
   double selection_blend_time{0.03};
-  /** Passivity controller of the force and of the moment loop on or off; the
-  observers always run. */
   bool passivity{true};
-  /** Of the force loop; `enabled` and `period` are set from this struct. It has
-  nothing to spend at first touch: a light tool would bounce on it. */
+  /** It has nothing to spend at first touch: a light tool would bounce on it.
+   */
   TimeDomainPassivityParams force_passivity{.initial_energy = 0};
-  /** Of the moment loop: N m s/rad and J. */
   TimeDomainPassivityParams moment_passivity{.initial_energy = 2e-4,
                                              .max_energy = 2e-4,
                                              .max_damping = 5,
                                              .damping_margin = 1.5};
 
-  /** True: the output `motion_force` is the command of a unit mass, Lambda^-1
-  F_m, whose direction is that of the commanded motion. False: F_m as printed,
-  which Lambda turns by up to 17 degrees. */
+  /** Lambda turns F_m by up to 17 degrees. */
   bool unit_mass_motion_force{true};
-  /** True: the output `motion_moment` is likewise the command of a unit
-  inertia. False: M_m, N m, as printed. Here that is better: the inertia about a
-  tool's own axis is a few percent of that about the others, so a little
-  friction there makes most of the angular acceleration, but little of the
-  moment. */
+  /** M_m is better here: the inertia about a tool's own axis is a few percent
+  of that about the others, so a little friction there makes most of the angular
+  acceleration, but little of the moment. */
   bool unit_inertia_motion_moment{false};
 
-  /** rad, finite: joint posture kept in the null space. */
   Vector7 q_rest{
       (Vector7() << 0, -0.785398, 0, -2.356194, 0, 1.570796, 0.785398)
           .finished()};
-  double posture_stiffness{25};  ///< 1/s^2, >= 0.
-  double posture_damping{10};    ///< 1/s, >= 0.
-  /** rad/s, >= 0; 0 is none: how fast a joint may take up its posture. From
-  afar, which a passage near a singularity sets free, the spring alone would
-  come close to the joints' speed limits. */
+  double posture_stiffness{25};
+  double posture_damping{10};
+  /** From afar, which a passage near a singularity sets free, the spring alone
+  would come close to the joints' speed limits. */
   double posture_speed_limit{0};
 
-  /** kg, > 0: apparent masses up to here are exact. Beyond it, towards a
-  singularity, the apparent mass falls to zero (OperationalSpaceInertia()). */
   double max_mass{50};
-  /** m, > 0: lever that turns rotational inertia into mass for max_mass. */
   double characteristic_length{0.2};
 
   JointLimitsParams joint_limits{};
-  /** N m, > 0: per joint. */
   Vector7 torque_limit{ArmLimits{}.torque};
-  /** N m/s, > 0: per joint (the FCI's). */
   double torque_rate_limit{ArmLimits{}.torque_rate};
-  /** [0, 1): share of torque_limit and torque_rate_limit that is kept free. */
   double torque_margin{0.05};
-  double period{0.001};  ///< s, > 0: control period.
+  double period{0.001};
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
@@ -111,46 +82,97 @@ struct OperationalSpaceControllerParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("position_stiffness", &position_stiffness));
-    a->Visit(MakeNameValue("position_damping", &position_damping));
-    a->Visit(MakeNameValue("rotation_stiffness", &rotation_stiffness));
-    a->Visit(MakeNameValue("rotation_damping", &rotation_damping));
-    a->Visit(MakeNameValue("motion_speed_limit", &motion_speed_limit));
-    a->Visit(MakeNameValue("rotation_speed_limit", &rotation_speed_limit));
-    a->Visit(MakeNameValue("force_gain", &force_gain));
-    a->Visit(MakeNameValue("force_integral_gain", &force_integral_gain));
-    a->Visit(MakeNameValue("force_damping", &force_damping));
-    a->Visit(MakeNameValue("max_proportional_force", &max_proportional_force));
-    a->Visit(MakeNameValue("max_integral_force", &max_integral_force));
-    a->Visit(MakeNameValue("force_integral_delay", &force_integral_delay));
-    a->Visit(MakeNameValue("moment_gain", &moment_gain));
-    a->Visit(MakeNameValue("moment_integral_gain", &moment_integral_gain));
-    a->Visit(MakeNameValue("moment_damping", &moment_damping));
+    a->Visit(Field("position_stiffness", &position_stiffness, AtLeast(0),
+                   "1/s^2", "Kpm"));
     a->Visit(
-        MakeNameValue("max_proportional_moment", &max_proportional_moment));
-    a->Visit(MakeNameValue("max_integral_moment", &max_integral_moment));
-    a->Visit(MakeNameValue("force_speed_limit", &force_speed_limit));
-    a->Visit(MakeNameValue("moment_speed_limit", &moment_speed_limit));
-    a->Visit(MakeNameValue("force_filter_cutoff", &force_filter_cutoff));
-    a->Visit(MakeNameValue("feed_forward", &feed_forward));
-    a->Visit(MakeNameValue("selection_blend_time", &selection_blend_time));
-    a->Visit(MakeNameValue("passivity", &passivity));
-    a->Visit(MakeNameValue("force_passivity", &force_passivity));
-    a->Visit(MakeNameValue("moment_passivity", &moment_passivity));
-    a->Visit(MakeNameValue("unit_mass_motion_force", &unit_mass_motion_force));
-    a->Visit(MakeNameValue("unit_inertia_motion_moment",
-                           &unit_inertia_motion_moment));
-    a->Visit(MakeNameValue("q_rest", &q_rest));
-    a->Visit(MakeNameValue("posture_stiffness", &posture_stiffness));
-    a->Visit(MakeNameValue("posture_damping", &posture_damping));
-    a->Visit(MakeNameValue("posture_speed_limit", &posture_speed_limit));
-    a->Visit(MakeNameValue("max_mass", &max_mass));
-    a->Visit(MakeNameValue("characteristic_length", &characteristic_length));
-    a->Visit(MakeNameValue("joint_limits", &joint_limits));
-    a->Visit(MakeNameValue("torque_limit", &torque_limit));
-    a->Visit(MakeNameValue("torque_rate_limit", &torque_rate_limit));
-    a->Visit(MakeNameValue("torque_margin", &torque_margin));
-    a->Visit(MakeNameValue("period", &period));
+        Field("position_damping", &position_damping, AtLeast(0), "1/s", "Kvm"));
+    a->Visit(Field("rotation_stiffness", &rotation_stiffness, AtLeast(0),
+                   "1/s^2", "Kpm of orientation"));
+    a->Visit(Field("rotation_damping", &rotation_damping, AtLeast(0), "1/s",
+                   "Kvm of orientation"));
+    a->Visit(Field("motion_speed_limit", &motion_speed_limit, AtLeast(0), "m/s",
+                   "how fast an error of position may be closed, as by a tool "
+                   "that a contact kept from its proxy; 0 is none"));
+    a->Visit(Field("rotation_speed_limit", &rotation_speed_limit, AtLeast(0),
+                   "rad/s", "likewise of orientation; 0 is none"));
+    a->Visit(Field("force_gain", &force_gain, AtLeast(0), "", "Kpf"));
+    a->Visit(Field("force_integral_gain", &force_integral_gain, AtLeast(0),
+                   "1/s", "Kif"));
+    a->Visit(
+        Field("force_damping", &force_damping, AtLeast(0), "N s/m", "Kvf"));
+    a->Visit(Field("max_proportional_force", &max_proportional_force,
+                   AtLeast(0), "N",
+                   "bound on |Kpf e|, so that a force far from the reference, "
+                   "as of a bias, is answered no faster than the arm's torques "
+                   "can turn round; 0 is none"));
+    a->Visit(Field("max_integral_force", &max_integral_force, AtLeast(0), "N",
+                   "bound on |Kif int e|"));
+    a->Visit(
+        Field("force_integral_delay", &force_integral_delay, AtLeast(0), "s",
+              "before forces and moments of a new contact are integrated"));
+    a->Visit(
+        Field("moment_gain", &moment_gain, AtLeast(0), "", "Kpf of moments"));
+    a->Visit(Field("moment_integral_gain", &moment_integral_gain, AtLeast(0),
+                   "1/s", "Kif of moments"));
+    a->Visit(Field("moment_damping", &moment_damping, AtLeast(0), "N m s/rad",
+                   "Kvf of moments"));
+    a->Visit(Field("max_proportional_moment", &max_proportional_moment,
+                   AtLeast(0), "N m",
+                   "bound on |Kpf e| of moments; 0 is none"));
+    a->Visit(Field("max_integral_moment", &max_integral_moment, AtLeast(0),
+                   "N m", "bound on |Kif int e| of moments"));
+    a->Visit(Field(
+        "force_speed_limit", &force_speed_limit, Above(0), "m/s",
+        "how fast the tool may move in force space by the loop's own doing"));
+    a->Visit(Field("moment_speed_limit", &moment_speed_limit, Above(0), "rad/s",
+                   "likewise in moment space"));
+    a->Visit(Field("force_filter_cutoff", &force_filter_cutoff, AtLeast(0),
+                   "Hz", "low-pass on the sensed wrench; 0 is off"));
+    a->Visit(Field("feed_forward", &feed_forward,
+                   "true: the limited proxy's velocity and acceleration are "
+                   "fed forward, so that the robot does not trail it by "
+                   "Kvm/Kpm; false: eq. (12) as printed"));
+    a->Visit(Field(
+        "selection_blend_time", &selection_blend_time, AtLeast(0), "s",
+        "in which a new selection takes over; 0 switches at once, as printed"));
+    a->Visit(Field("passivity", &passivity,
+                   "whether the passivity controllers of both loops act; they "
+                   "always observe"));
+    a->Visit(Field("force_passivity", &force_passivity,
+                   "of the force loop; its enabled and period are ignored"));
+    a->Visit(Field("moment_passivity", &moment_passivity,
+                   "of the moment loop, N m s/rad and J; its enabled and "
+                   "period are ignored"));
+    a->Visit(Field("unit_mass_motion_force", &unit_mass_motion_force,
+                   "true: output motion_force is the command of a unit mass, "
+                   "Lambda^-1 F_m; false: F_m as printed"));
+    a->Visit(Field("unit_inertia_motion_moment", &unit_inertia_motion_moment,
+                   "true: output motion_moment is the command of a unit "
+                   "inertia; false: M_m, N m, as printed"));
+    a->Visit(Field("q_rest", &q_rest, Finite(), "rad",
+                   "posture kept in the null space"));
+    a->Visit(Field("posture_stiffness", &posture_stiffness, AtLeast(0), "1/s^2",
+                   "of the posture"));
+    a->Visit(Field("posture_damping", &posture_damping, AtLeast(0), "1/s",
+                   "of the posture"));
+    a->Visit(Field("posture_speed_limit", &posture_speed_limit, AtLeast(0),
+                   "rad/s",
+                   "how fast a joint may take up its posture; 0 is none"));
+    a->Visit(Field("max_mass", &max_mass, Above(0), "kg",
+                   "apparent masses up to here are exact; beyond, towards a "
+                   "singularity, the apparent mass falls to zero"));
+    a->Visit(
+        Field("characteristic_length", &characteristic_length, Above(0), "m",
+              "lever that turns rotational inertia into mass for max_mass"));
+    a->Visit(
+        Field("joint_limits", &joint_limits, "ends and speeds of the joints"));
+    a->Visit(
+        Field("torque_limit", &torque_limit, Above(0), "N m", "of each joint"));
+    a->Visit(Field("torque_rate_limit", &torque_rate_limit, Above(0), "N m/s",
+                   "of each joint"));
+    a->Visit(Field("torque_margin", &torque_margin, Between(0, Open(1)), "",
+                   "share of both torque limits that is kept free"));
+    a->Visit(Field("period", &period, Above(0), "s", "of control"));
   }
 };
 

@@ -3,22 +3,13 @@
 
 #include <algorithm>
 
-#include "dual_proxy/common/validate.h"
-
 namespace dual_proxy {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 void TimeDomainPassivityParams::Validate() const {
-  const char* who = "TimeDomainPassivityParams";
-  ThrowUnlessPositive(who, "max_energy", max_energy);
-  ThrowUnlessInRange(who, "initial_energy", initial_energy, 0, max_energy);
-  ThrowUnlessNonNegative(who, "max_damping", max_damping);
-  ThrowUnlessInRange(who, "damping_margin", damping_margin, 0, max_damping);
-  ThrowUnlessInRange(who, "actuation_delay", actuation_delay, 0,
-                     kMaxActuationDelay);
-  ThrowUnlessPositive(who, "period", period);
+  ValidateFields("TimeDomainPassivityParams", *this);
 }
 
 TimeDomainPassivity::TimeDomainPassivity(TimeDomainPassivityParams params)

@@ -11,27 +11,20 @@ namespace dual_proxy {
 /** Parameters of TimeDomainPassivity, for a force port (N, m/s) or, with the
 units in brackets, for a moment port (N m, rad/s). */
 struct TimeDomainPassivityParams {
-  /** False: the energy is observed, nothing is injected. */
   bool enabled{true};
-  /** J, [0, max_energy]: what the feedback may spend before it is damped. The
-  contact of 5 N on 3e4 N/m stores 0.4 mJ; 2 mJ make 7 kg swing by 11 N. */
+  /** The contact of 5 N on 3e4 N/m stores 0.4 mJ; 2 mJ make 7 kg swing by 11 N.
+   */
   double initial_energy{0.002};
-  /** J, > 0: cap of the observed energy, so that energy absorbed long ago does
-  not pay for activity now. The observed energy stays above minus this. */
   double max_energy{0.002};
-  /** N s/m [N m s/rad], >= 0: the damping injected when no energy is left. It
-  must be small against mass over loop delay: 500 is stable with 1 ms of
+  /** It must be small against mass over loop delay: 500 is stable with 1 ms of
   actuation delay from 1 kg on. */
   double max_damping{500};
-  /** N s/m [N m s/rad], [0, max_damping]: dissipation that is demanded of the
-  feedback on balance. With 0 a lossless oscillation passes as passive and
-  goes on for seconds; with more it dies out. */
+  /** With 0 a lossless oscillation passes as passive and goes on for seconds;
+  with more it dies out. */
   double damping_margin{150};
-  /** Periods, 0 to kMaxActuationDelay: time from computing a command to its
-  acting. The energy is that of the command that really acted: at 20 Hz, one
+  /** The energy is that of the command that really acted: at 20 Hz, one
   millisecond left out hides enough to keep an oscillation alive. */
   int actuation_delay{1};
-  /** s, > 0: time between updates. */
   double period{0.001};
 
   static constexpr int kMaxActuationDelay = 7;
@@ -42,13 +35,24 @@ struct TimeDomainPassivityParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("enabled", &enabled));
-    a->Visit(MakeNameValue("initial_energy", &initial_energy));
-    a->Visit(MakeNameValue("max_energy", &max_energy));
-    a->Visit(MakeNameValue("max_damping", &max_damping));
-    a->Visit(MakeNameValue("damping_margin", &damping_margin));
-    a->Visit(MakeNameValue("actuation_delay", &actuation_delay));
-    a->Visit(MakeNameValue("period", &period));
+    a->Visit(Field("enabled", &enabled,
+                   "false: the energy is observed, nothing is injected"));
+    a->Visit(
+        Field("max_energy", &max_energy, Above(0), "J",
+              "cap of the observed energy, so that energy absorbed long ago "
+              "does not pay for activity now; it stays above minus this"));
+    a->Visit(Field("initial_energy", &initial_energy,
+                   Between(0, {max_energy, "max_energy"}), "J",
+                   "what the feedback may spend before it is damped"));
+    a->Visit(Field("max_damping", &max_damping, AtLeast(0), "N s/m",
+                   "injected when no energy is left"));
+    a->Visit(Field("damping_margin", &damping_margin,
+                   Between(0, {max_damping, "max_damping"}), "N s/m",
+                   "dissipation that is demanded of the feedback on balance"));
+    a->Visit(Field("actuation_delay", &actuation_delay,
+                   Between(0, kMaxActuationDelay), "periods",
+                   "from computing a command to its acting"));
+    a->Visit(Field("period", &period, Above(0), "s", "between updates"));
   }
 };
 

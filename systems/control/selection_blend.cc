@@ -3,16 +3,12 @@
 
 #include <algorithm>
 
-#include "dual_proxy/common/validate.h"
-
 namespace dual_proxy {
 
 using Eigen::Matrix3d;
 
 void SelectionBlendParams::Validate() const {
-  const char* who = "SelectionBlendParams";
-  ThrowUnlessNonNegative(who, "blend_time", blend_time);
-  ThrowUnlessPositive(who, "period", period);
+  ValidateFields("SelectionBlendParams", *this);
 }
 
 SelectionBlend::SelectionBlend(SelectionBlendParams params) : params_(params) {

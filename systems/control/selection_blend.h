@@ -3,16 +3,25 @@
 
 #include <Eigen/Core>
 
+#include "dual_proxy/common/serialize.h"
+
 namespace dual_proxy {
 
 /** Parameters of SelectionBlend. */
 struct SelectionBlendParams {
-  /** s, >= 0: time in which a new selection takes over; 0 switches at once. */
   double blend_time{0.03};
-  double period{0.001};  ///< s, > 0: time between updates.
+  double period{0.001};
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(Field("blend_time", &blend_time, AtLeast(0), "s",
+                   "in which a new selection takes over; 0 switches at once"));
+    a->Visit(Field("period", &period, Above(0), "s", "between updates"));
+  }
 };
 
 /** Memory of SelectionBlend; 3x3 matrices in B. */

@@ -4,15 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dual_proxy/common/validate.h"
-
 namespace dual_proxy {
 
 void CommunicationChannelParams::Validate() const {
-  const char* const who = "CommunicationChannelParams";
-  ThrowUnlessNonNegative(who, "delay", delay);
-  ThrowUnlessNonNegative(who, "jitter", jitter);
-  ThrowUnlessInRange(who, "loss", loss, 0, 1);
+  ValidateFields("CommunicationChannelParams", *this);
 }
 
 template <class Message>

@@ -14,15 +14,9 @@ namespace dual_proxy {
 
 /** Parameters of a simulated link, one way. */
 struct CommunicationChannelParams {
-  /// Delay of every message, s, >= 0.
   double delay{0.0};
-  /// Standard deviation of the normal whose absolute value is added to the
-  /// delay of each message, s, >= 0: a message is never early.
   double jitter{0.0};
-  /// Probability that a message is lost, in [0, 1]; a dead link has 1.
   double loss{0.0};
-  /// True: a message may overtake an earlier one, as with UDP. False: a
-  /// message arrives no earlier than those sent before it, as with TCP.
   bool reordering{true};
 
   /** @throws std::invalid_argument naming the field. */
@@ -31,10 +25,17 @@ struct CommunicationChannelParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("delay", &delay));
-    a->Visit(MakeNameValue("jitter", &jitter));
-    a->Visit(MakeNameValue("loss", &loss));
-    a->Visit(MakeNameValue("reordering", &reordering));
+    a->Visit(
+        Field("delay", &delay, AtLeast(0), "s", "of every message, one way"));
+    a->Visit(Field("jitter", &jitter, AtLeast(0), "s",
+                   "standard deviation of the normal whose absolute value is "
+                   "added to the delay of each message: none is early"));
+    a->Visit(Field("loss", &loss, Between(0, 1), "",
+                   "probability that a message is lost; a dead link has 1"));
+    a->Visit(Field(
+        "reordering", &reordering,
+        "true: a message may overtake an earlier one, as with UDP; false: it "
+        "arrives no earlier than those sent before it, as with TCP"));
   }
 };
 

@@ -20,8 +20,8 @@ CommunicationChannelSystem<Message>::CommunicationChannelSystem(
     : Face<CommunicationChannelState<Message>>(Feedthrough::kNo),
       channel_(params) {
   const char* const who = "CommunicationChannelSystem";
-  ThrowUnlessPositive(who, "rate", rate);
-  ThrowUnlessPositive(who, "period", period);
+  ThrowUnlessIn(who, "rate", rate, Above(0));
+  ThrowUnlessIn(who, "period", period, Above(0));
   this->template DeclareValueInput<Message>("message");
   this->DeclareMemory(channel_.MakeState(seed), 1 / rate, kLook * period);
   this->DeclareAbstractOutputPort("message",

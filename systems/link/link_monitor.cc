@@ -4,15 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dual_proxy/common/validate.h"
-
 namespace dual_proxy {
 
 void LinkMonitorParams::Validate() const {
-  const char* const who = "LinkMonitorParams";
-  ThrowUnlessPositive(who, "timeout", timeout);
-  ThrowUnlessPositive(who, "max_age", max_age);
-  ThrowUnlessPositive(who, "spike_threshold", spike_threshold);
+  ValidateFields("LinkMonitorParams", *this);
 }
 
 Eigen::Matrix<double, kLinkStatusSize, 1> LinkStatusVector(

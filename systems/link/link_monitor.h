@@ -18,15 +18,8 @@ enum class LinkStatus {
 };
 
 struct LinkMonitorParams {
-  /// Silence after which the link counts as lost, s since the last accepted
-  /// message came, > 0. Several message intervals, or single losses look like
-  /// a lost link.
   double timeout{0.5};
-  /// Messages that were sent longer ago are dropped, s, > 0. Needs the two
-  /// clocks to agree; one that is ahead by more is dropped too.
   double max_age{5.0};
-  /// A message counts as a latency spike if it is older on arrival than the
-  /// fastest message so far by more than this, s, > 0.
   double spike_threshold{0.1};
 
   /** @throws std::invalid_argument naming the field. */
@@ -35,9 +28,16 @@ struct LinkMonitorParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("timeout", &timeout));
-    a->Visit(MakeNameValue("max_age", &max_age));
-    a->Visit(MakeNameValue("spike_threshold", &spike_threshold));
+    a->Visit(Field(
+        "timeout", &timeout, Above(0), "s",
+        "silence since the last accepted message after which the link counts "
+        "as lost; several message intervals, or single losses look like that"));
+    a->Visit(Field("max_age", &max_age, Above(0), "s",
+                   "messages sent longer ago are dropped; needs the two clocks "
+                   "to agree, one that is ahead by more is dropped too"));
+    a->Visit(Field("spike_threshold", &spike_threshold, Above(0), "s",
+                   "a message that is older on arrival than the fastest so far "
+                   "by more than this is a latency spike"));
   }
 };
 

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "dual_proxy/common/rotation.h"
-#include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
 namespace {
@@ -40,13 +39,7 @@ void Divide(double samples, ForceMessage* sum) noexcept {
 }  // namespace
 
 void PoseSenderParams::Validate() const {
-  const char* const who = "PoseSenderParams";
-  ThrowUnlessPositive(who, "period", period);
-  // One part in 1e9 of slack: 1 / 0.001 is not exactly 1000 for every period.
-  const double highest = 1 / period;
-  const bool fits = rate <= (1 + 1e-9) * highest;
-  ThrowUnlessInRange(who, "rate", rate, Open(0),
-                     fits ? std::max(rate, highest) : highest);
+  ValidateFields("PoseSenderParams", *this);
 }
 
 template <class Message>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include <Eigen/Core>
 
@@ -13,14 +14,8 @@ namespace dual_proxy {
 
 /** Parameters of a sender: of poses (PoseSender) or forces (ForceSender). */
 struct PoseSenderParams {
-  /// Messages per second, Hz, in (0, 1/period]. The paper uses 50, and 5 for
-  /// its remote run.
   double rate{50.0};
-  /// True: a message holds the mean of the samples since the last message,
-  /// which smooths it and delays it by half an interval. False: the newest
-  /// sample.
   bool average{true};
-  /// Time between two calls of Update(), s, > 0.
   double period{0.001};
 
   /** @throws std::invalid_argument naming the field. */
@@ -29,9 +24,23 @@ struct PoseSenderParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("rate", &rate));
-    a->Visit(MakeNameValue("average", &average));
-    a->Visit(MakeNameValue("period", &period));
+    a->Visit(Field("rate", &rate, Between(Open(0), {HighestRate(), "1/period"}),
+                   "Hz",
+                   "of messages; the paper uses 50, and 5 for its remote run"));
+    a->Visit(Field("average", &average,
+                   "true: a message holds the mean of the samples since the "
+                   "last message, which smooths it and delays it by half an "
+                   "interval; false: the newest sample"));
+    a->Visit(Field("period", &period, Above(0), "s", "between samples"));
+  }
+
+ private:
+  // One part in 1e9 of slack: 1 / 0.001 is not exactly 1000 for every period.
+  // Without a valid period there is no bound.
+  double HighestRate() const {
+    const double highest =
+        period > 0 ? 1 / period : std::numeric_limits<double>::infinity();
+    return rate > highest && rate <= (1 + 1e-9) * highest ? rate : highest;
   }
 };
 

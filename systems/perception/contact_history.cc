@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "dual_proxy/common/random.h"
-#include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
 namespace {
@@ -46,15 +45,7 @@ std::size_t CalcPlace(std::int64_t key,
 }  // namespace
 
 void ContactHistoryParams::Validate() const {
-  constexpr const char* kWho = "ContactHistoryParams";
-  ThrowUnlessPositive(kWho, "period", period);
-  ThrowUnlessInRange(kWho, "cell_size", cell_size, 1e-4, 1);
-  ThrowUnlessInRange(kWho, "capacity", capacity, 1, 1000000);
-  ThrowUnlessInRange(kWho, "radius", radius, 0, kMaxReach * cell_size);
-  ThrowUnlessInRange(kWho, "merge_angle", merge_angle, 0.01, 1.5);
-  ThrowUnlessNonNegative(kWho, "min_age", min_age);
-  ThrowUnlessPositive(kWho, "std_base", std_base);
-  ThrowUnlessNonNegative(kWho, "std_growth", std_growth);
+  ValidateFields("ContactHistoryParams", *this);
 }
 
 ContactHistory::ContactHistory(const Params& params) : params_(params) {

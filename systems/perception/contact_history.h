@@ -15,25 +15,15 @@ namespace dual_proxy {
 
 /** Parameters of ContactHistory. */
 struct ContactHistoryParams {
-  /** s, > 0: time between updates. The caller keeps it. */
   double period{1.0 / 15.0};
-  /** m, 1e-4 to 1: edge of the cubic cells in which normals are averaged.
-  Smaller tells closer surfaces apart, but remembers less area. */
   double cell_size{0.02};
-  /** Number of cells remembered, 1 to 1000000, at 152 bytes each. The default
-  is for 0.4 m^2 of surface. */
+  /** At 152 bytes each. The default is for 0.4 m^2 of surface. */
   int capacity{1024};
-  /** m, 0 to 2 cell_size: how near a memory must be to count. */
   double radius{0.02};
-  /** rad, 0.01 to 1.5: normals within it are one contact. */
   double merge_angle{0.175};
-  /** s, >= 0: a cell that was left more recently does not count. What is
-  believed now must not come back as its own confirmation. */
+  /** What is believed now must not come back as its own confirmation. */
   double min_age{2};
-  /** rad, > 0: how uncertain a memory of this very point is. */
   double std_base{0.1};
-  /** rad/m, >= 0: what is added per distance from the memory: the curvature up
-  to which a surface is allowed for. Default: of a radius of 0.1 m. */
   double std_growth{10};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -42,14 +32,26 @@ struct ContactHistoryParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("period", &period));
-    a->Visit(MakeNameValue("cell_size", &cell_size));
-    a->Visit(MakeNameValue("capacity", &capacity));
-    a->Visit(MakeNameValue("radius", &radius));
-    a->Visit(MakeNameValue("merge_angle", &merge_angle));
-    a->Visit(MakeNameValue("min_age", &min_age));
-    a->Visit(MakeNameValue("std_base", &std_base));
-    a->Visit(MakeNameValue("std_growth", &std_growth));
+    a->Visit(Field("period", &period, Above(0), "s",
+                   "between updates; the caller keeps it"));
+    a->Visit(
+        Field("cell_size", &cell_size, Between(1e-4, 1), "m",
+              "edge of the cubic cells in which normals are averaged; smaller "
+              "tells closer surfaces apart, but remembers less area"));
+    a->Visit(Field("capacity", &capacity, Between(1, 1000000), "cells",
+                   "how many are remembered"));
+    a->Visit(Field("radius", &radius,
+                   Between(0, {2 * cell_size, "2 cell_size"}), "m",
+                   "how near a memory must be to count"));
+    a->Visit(Field("merge_angle", &merge_angle, Between(0.01, 1.5), "rad",
+                   "normals within it are one contact"));
+    a->Visit(Field("min_age", &min_age, AtLeast(0), "s",
+                   "a cell that was left more recently does not count"));
+    a->Visit(Field("std_base", &std_base, Above(0), "rad",
+                   "how uncertain a memory of this very point is"));
+    a->Visit(Field("std_growth", &std_growth, AtLeast(0), "rad/m",
+                   "what is added per distance from the memory: the curvature "
+                   "up to which a surface is allowed for"));
   }
 };
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "dual_proxy/common/validate.h"
 #include "dual_proxy/perception/contact_kernels.h"
 
 namespace dual_proxy {
@@ -94,25 +93,7 @@ void SetSpread(const Vector3d& x, const Vector3d& y, double xx, double xy,
 }  // namespace
 
 void FrictionConeParams::Validate() const {
-  constexpr const char* kWho = "FrictionConeParams";
-  ThrowUnlessPositive(kWho, "force_noise", force_noise);
-  ThrowUnlessPositive(kWho, "velocity_noise", velocity_noise);
-  ThrowUnlessPositive(kWho, "sliding_speed", sliding_speed);
-  ThrowUnlessPositive(kWho, "max_friction", max_friction);
-  ThrowUnlessPositive(kWho, "contact_force", contact_force);
-  if (contact_force <= force_noise) {
-    ThrowInvalidField(kWho, "contact_force", "a value > force_noise",
-                      contact_force);
-  }
-  ThrowUnlessNonNegative(kWho, "loss_force", loss_force);
-  if (loss_force >= contact_force) {
-    ThrowInvalidField(kWho, "loss_force", "a value < contact_force",
-                      loss_force);
-  }
-  ThrowUnlessNonNegative(kWho, "compliance", compliance);
-  ThrowUnlessNonNegative(kWho, "curvature", curvature);
-  ThrowUnlessNonNegative(kWho, "torsion", torsion);
-  ThrowUnlessPositive(kWho, "evidence", evidence);
+  ValidateFields("FrictionConeParams", *this);
 }
 
 ContactTracker::ContactTracker(const Params& params, int num_particles,

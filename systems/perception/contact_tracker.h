@@ -17,32 +17,15 @@ namespace dual_proxy {
 surfaces to be met. None is per update, so every period behaves alike. For the
 angular filter read N m for N, rad/s for m/s and rad for m. */
 struct FrictionConeParams {
-  /** sigma_f, N, > 0: of one input per axis, with what the model leaves out. */
   double force_noise{0.25};
-  /** sigma_v, m/s, > 0: likewise. */
   double velocity_noise{0.0015};
-  /** m/s, > 0: half of it sticks, 1.5 times it slides, in between is between.
-   */
   double sliding_speed{0.004};
-  /** mu, > 0: the most that is thought of while nothing has slid. Once it has,
-  the friction seen takes its place, with a margin. */
   double max_friction{0.7};
-  /** N, > 0: from here on what a force shows speaks for a contact. */
   double contact_force{0.6};
-  /** N, >= 0, < contact_force: below, it speaks against one that was there;
-  where little is commanded only as far as the tool has moved along the normal
-  since. */
   double loss_force{0.45};
-  /** m/N, >= 0: how much surface, tool and arm give. A changing force moves the
-  tool into the surface, which then is not taken for sliding. */
   double compliance{2e-4};
-  /** rad^2/m, >= 0: variance by which a normal turns about the axis across the
-  motion per metre of sliding (a cylinder's 1/r squared times a length). */
   double curvature{1};
-  /** rad^2/m, >= 0: likewise about the direction of motion. */
   double torsion{0.05};
-  /** > 0: by how much the likelihood of what is new must exceed that of what
-  was believed, as its logarithm, before a contact is added or dropped. */
   double evidence{9};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -51,16 +34,38 @@ struct FrictionConeParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("force_noise", &force_noise));
-    a->Visit(MakeNameValue("velocity_noise", &velocity_noise));
-    a->Visit(MakeNameValue("sliding_speed", &sliding_speed));
-    a->Visit(MakeNameValue("max_friction", &max_friction));
-    a->Visit(MakeNameValue("contact_force", &contact_force));
-    a->Visit(MakeNameValue("loss_force", &loss_force));
-    a->Visit(MakeNameValue("compliance", &compliance));
-    a->Visit(MakeNameValue("curvature", &curvature));
-    a->Visit(MakeNameValue("torsion", &torsion));
-    a->Visit(MakeNameValue("evidence", &evidence));
+    a->Visit(
+        Field("force_noise", &force_noise, Above(0), "N",
+              "sigma_f of one input per axis, with what the model leaves out"));
+    a->Visit(Field("velocity_noise", &velocity_noise, Above(0), "m/s",
+                   "sigma_v, likewise"));
+    a->Visit(
+        Field("sliding_speed", &sliding_speed, Above(0), "m/s",
+              "half of it sticks, 1.5 times it slides, in between is between"));
+    a->Visit(Field("max_friction", &max_friction, Above(0), "",
+                   "mu, the most that is thought of while nothing has slid; "
+                   "then the friction seen takes its place, with a margin"));
+    a->Visit(Field("contact_force", &contact_force,
+                   Above({force_noise, "force_noise"}), "N",
+                   "from here on what a force shows speaks for a contact"));
+    a->Visit(Field(
+        "loss_force", &loss_force,
+        Between(0, Open({contact_force, "contact_force"})), "N",
+        "below, it speaks against one that was there; where little is "
+        "commanded only as far as the tool has moved along the normal since"));
+    a->Visit(
+        Field("compliance", &compliance, AtLeast(0), "m/N",
+              "how much surface, tool and arm give; a changing force moves the "
+              "tool into the surface, which then is not taken for sliding"));
+    a->Visit(Field(
+        "curvature", &curvature, AtLeast(0), "rad^2/m",
+        "variance by which a normal turns about the axis across the motion per "
+        "metre of sliding (a cylinder's 1/r squared times a length)"));
+    a->Visit(Field("torsion", &torsion, AtLeast(0), "rad^2/m",
+                   "likewise about the direction of motion"));
+    a->Visit(Field("evidence", &evidence, Above(0), "",
+                   "log likelihood ratio of what is new to what was believed "
+                   "that adds or drops a contact"));
   }
 };
 

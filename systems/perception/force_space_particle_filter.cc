@@ -13,8 +13,6 @@
 namespace dual_proxy {
 namespace {
 
-constexpr int kMaxParticles = 100000;
-
 using Particles = ForceSpaceParticleFilterState::Particles;
 
 /** The weights of eq. (6)-(8) for one force and velocity. */
@@ -55,43 +53,11 @@ Eigen::Vector3d NormalizedOrZero(const Eigen::Vector3d& value,
 }  // namespace
 
 void ForceSpaceParticleFilterThresholds::Validate() const {
-  constexpr const char* kWho = "ForceSpaceParticleFilterThresholds";
-  ThrowUnlessNonNegative(kWho, "force_low", force_low);
-  ThrowUnlessPositive(kWho, "force_high", force_high);
-  ThrowUnlessNonNegative(kWho, "velocity_low", velocity_low);
-  ThrowUnlessPositive(kWho, "velocity_high", velocity_high);
-  if (force_high <= force_low) {
-    ThrowInvalidField(kWho, "force_high", "a value > force_low", force_high);
-  }
-  if (velocity_high <= velocity_low) {
-    ThrowInvalidField(kWho, "velocity_high", "a value > velocity_low",
-                      velocity_high);
-  }
+  ValidateFields("ForceSpaceParticleFilterThresholds", *this);
 }
 
 void ForceSpaceParticleFilterParams::Validate() const {
-  constexpr const char* kWho = "ForceSpaceParticleFilterParams";
-  ThrowUnlessInRange(kWho, "num_particles", num_particles, 2, kMaxParticles);
-  ThrowUnlessPositive(kWho, "period", period);
-  if (likelihood != Likelihood::kPaper &&
-      likelihood != Likelihood::kFrictionCone) {
-    ThrowInvalidField(kWho, "likelihood", "one of Likelihood",
-                      static_cast<int>(likelihood));
-  }
-  ThrowUnlessInRange(kWho, "scatter_mean", scatter_mean, -1, 1);
-  ThrowUnlessInRange(kWho, "scatter_std", scatter_std, 0, 1);
-  update_thresholds.Validate();
-  resampling_thresholds.Validate();
-  ThrowUnlessInRange(kWho, "alpha_add", alpha_add, Open(0), Open(1));
-  if (!(alpha_remove > 0 && alpha_remove <= alpha_add)) {
-    ThrowInvalidField(kWho, "alpha_remove", "a number in (0, alpha_add]",
-                      alpha_remove);
-  }
-  ThrowUnlessInRange(kWho, "epsilon", epsilon, 1e-12, 0.1);
-  ThrowUnlessInRange(kWho, "prior_particles", prior_particles, 0,
-                     kMaxParticles);
-  ThrowUnlessInRange(kWho, "prior_std", prior_std, Open(0), std::numbers::pi);
-  friction_cone.Validate();
+  ValidateFields("ForceSpaceParticleFilterParams", *this);
 }
 
 ForceSpaceParticleFilter::ForceSpaceParticleFilter(

@@ -30,13 +30,9 @@ struct EnumStrings<Likelihood> {
 
 /** Corners of the two ramps of the likelihood, eq. (6) and (7). */
 struct ForceSpaceParticleFilterThresholds {
-  /** f_l, N, >= 0: below it a contact along the particle is ruled out. */
   double force_low{0};
-  /** f_h, N, > force_low: above it the force speaks fully for the particle. */
   double force_high{3};
-  /** v_l, m/s, >= 0: below it the velocity speaks fully for the particle. */
   double velocity_low{0.001};
-  /** v_h, m/s, > velocity_low: above it a contact there is ruled out. */
   double velocity_high{0.01};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -45,10 +41,16 @@ struct ForceSpaceParticleFilterThresholds {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("force_low", &force_low));
-    a->Visit(MakeNameValue("force_high", &force_high));
-    a->Visit(MakeNameValue("velocity_low", &velocity_low));
-    a->Visit(MakeNameValue("velocity_high", &velocity_high));
+    a->Visit(Field("force_low", &force_low, AtLeast(0), "N",
+                   "f_l: below it a contact along the particle is ruled out"));
+    a->Visit(Field("force_high", &force_high, Above({force_low, "force_low"}),
+                   "N",
+                   "f_h: above it the force speaks fully for the particle"));
+    a->Visit(Field("velocity_low", &velocity_low, AtLeast(0), "m/s",
+                   "v_l: below it the velocity speaks fully for the particle"));
+    a->Visit(Field("velocity_high", &velocity_high,
+                   Above({velocity_low, "velocity_low"}), "m/s",
+                   "v_h: above it a contact there is ruled out"));
   }
 };
 
@@ -56,38 +58,20 @@ struct ForceSpaceParticleFilterThresholds {
 are the paper's (section V.C) where it gives a number. For the angular filter
 read N m for N and rad/s for m/s. */
 struct ForceSpaceParticleFilterParams {
-  /** n_p, 2 to 100000. The cost of an update is proportional to it. */
+  static constexpr int kMaxParticles = 100000;
+
   int num_particles{1000};
-  /** s, > 0: time between updates. The caller keeps it; scatter, resampling
-  and added particles of the printed method are per update. */
   double period{1.0 / 15.0};
-  /** Which likelihood. */
   Likelihood likelihood{Likelihood::kFrictionCone};
-  /** alpha of the scatter N(alpha, Sigma): mean per axis, dimensionless. */
   double scatter_mean{0};
-  /** Sigma of the scatter: standard deviation per axis, dimensionless, 0 to 1.
-  Larger follows a turning normal faster, but spreads more. */
   double scatter_std{0.025};
-  /** Weighs the tentative particle, which decides how many are added. */
   ForceSpaceParticleFilterThresholds update_thresholds{3, 10, 0.001, 0.005};
-  /** Weighs every particle when resampling. */
   ForceSpaceParticleFilterThresholds resampling_thresholds{0, 3, 0.001, 0.01};
-  /** A direction is added when its singular value exceeds this share of the
-  largest; in (0, 1). */
   double alpha_add{0.5};
-  /** A direction is removed when its singular value is below this share of the
-  largest; in (0, alpha_add]. */
   double alpha_remove{0.1};
-  /** Vectors no longer than this count as zero (N for the commands,
-  dimensionless for particles), 1e-12 to 0.1. */
   double epsilon{1e-6};
-  /** Particles that each prior normal adds to an update, 0 to 100000. */
   int prior_particles{50};
-  /** rad, in (0, pi]: how sure a prior is for which nothing else is said,
-  standard deviation per axis. */
   double prior_std{0.1};
-  /** Of Likelihood::kFrictionCone, which uses nothing else but num_particles,
-  period, epsilon and prior_std. */
   FrictionConeParams friction_cone;
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -96,19 +80,44 @@ struct ForceSpaceParticleFilterParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("num_particles", &num_particles));
-    a->Visit(MakeNameValue("period", &period));
-    VisitEnum(a, "ForceSpaceParticleFilterParams", "likelihood", &likelihood);
-    a->Visit(MakeNameValue("scatter_mean", &scatter_mean));
-    a->Visit(MakeNameValue("scatter_std", &scatter_std));
-    a->Visit(MakeNameValue("update_thresholds", &update_thresholds));
-    a->Visit(MakeNameValue("resampling_thresholds", &resampling_thresholds));
-    a->Visit(MakeNameValue("alpha_add", &alpha_add));
-    a->Visit(MakeNameValue("alpha_remove", &alpha_remove));
-    a->Visit(MakeNameValue("epsilon", &epsilon));
-    a->Visit(MakeNameValue("prior_particles", &prior_particles));
-    a->Visit(MakeNameValue("prior_std", &prior_std));
-    a->Visit(MakeNameValue("friction_cone", &friction_cone));
+    a->Visit(Field("num_particles", &num_particles, Between(2, kMaxParticles),
+                   "", "n_p; the cost of an update is proportional to it"));
+    a->Visit(Field("period", &period, Above(0), "s",
+                   "between updates; the caller keeps it; scatter, resampling "
+                   "and added particles of the printed method are per update"));
+    VisitEnum(a, "ForceSpaceParticleFilterParams", "likelihood", &likelihood,
+              "eq. (6) to (8), or contacts with friction");
+    a->Visit(Field(
+        "scatter_mean", &scatter_mean, Between(-1, 1), "",
+        "alpha of the scatter N(alpha, Sigma): mean per axis and update"));
+    a->Visit(
+        Field("scatter_std", &scatter_std, Between(0, 1), "",
+              "Sigma of the scatter: standard deviation per axis and update; "
+              "larger follows a turning normal faster, but spreads more"));
+    a->Visit(Field(
+        "update_thresholds", &update_thresholds,
+        "weigh the tentative particle, which decides how many are added"));
+    a->Visit(Field("resampling_thresholds", &resampling_thresholds,
+                   "weigh every particle when resampling"));
+    a->Visit(Field("alpha_add", &alpha_add, Between(Open(0), Open(1)), "",
+                   "share of the largest singular value above which a "
+                   "direction is added"));
+    a->Visit(Field("alpha_remove", &alpha_remove,
+                   Between(Open(0), {alpha_add, "alpha_add"}), "",
+                   "share of it below which a direction is removed"));
+    a->Visit(Field(
+        "epsilon", &epsilon, Between(1e-12, 0.1), "",
+        "vectors no longer than this count as zero (N for the commands)"));
+    a->Visit(Field("prior_particles", &prior_particles,
+                   Between(0, kMaxParticles), "",
+                   "that each prior normal adds to an update"));
+    a->Visit(Field("prior_std", &prior_std, Between(Open(0), std::numbers::pi),
+                   "rad",
+                   "how sure a prior is for which nothing else is said, "
+                   "standard deviation per axis"));
+    a->Visit(Field("friction_cone", &friction_cone,
+                   "of likelihood \"friction_cone\", which uses nothing else "
+                   "but num_particles, period, epsilon and prior_std"));
   }
 };
 

@@ -8,7 +8,6 @@
 
 #include "dual_proxy/common/low_pass.h"
 #include "dual_proxy/common/rotation.h"
-#include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
 
@@ -26,16 +25,7 @@ constexpr std::int64_t kLongestOutage = 10;
 }  // namespace
 
 void ForceTorqueAdapterParams::Validate() const {
-  constexpr const char* kWho = "ForceTorqueAdapterParams";
-  ThrowUnlessNonNegative(kWho, "tool_mass", tool_mass);
-  ThrowUnlessFinite(kWho, "tool_com", tool_com);
-  ThrowUnlessNonNegative(kWho, "gravity", gravity);
-  ThrowUnlessNonNegative(kWho, "cutoff", cutoff);
-  ThrowUnlessInRange(kWho, "tare_time", tare_time, Open(0), 10);
-  ThrowUnlessPositive(kWho, "tare_speed", tare_speed);
-  ThrowUnlessPositive(kWho, "tare_max_force", tare_max_force);
-  ThrowUnlessPositive(kWho, "tare_max_noise", tare_max_noise);
-  ThrowUnlessPositive(kWho, "period", period);
+  ValidateFields("ForceTorqueAdapterParams", *this);
 }
 
 ForceTorqueAdapter::ForceTorqueAdapter(const Params& params)

@@ -14,29 +14,16 @@ namespace dual_proxy {
 /** Parameters of ForceTorqueAdapter. S is the sensor's frame, whose axes are
 E's. */
 struct ForceTorqueAdapterParams {
-  /** kg, >= 0: mass beyond the sensor, whose weight and inertia are removed. */
   double tool_mass{0};
-  /** m, in S: centre of that mass. */
   Eigen::Vector3d tool_com{Eigen::Vector3d::Zero()};
-  /** m/s^2, >= 0: gravity, along -z of B. */
   double gravity{9.81};
-  /** Hz, >= 0: the sensor's own first-order low-pass, 0 for none. What the
-  tool's inertia does passes through it, too. */
   double cutoff{0};
-  /** Whether the sensor's bias is learned before anything moves; false: there
-  is none until one is asked for. */
   bool tare{false};
-  /** s, in (0, 10]: how long the tool has to be at rest for it. */
   double tare_time{0.5};
-  /** m/s, > 0: slower than this the tool's centre of mass is at rest. */
   double tare_speed{0.005};
-  /** N, > 0: a larger force on the resting tool is no bias: it touches
-  something, or its mass is wrong. */
   double tare_max_force{10};
-  /** N, > 0: noise, standard deviation per axis, with which no bias is learned.
-   */
   double tare_max_noise{1};
-  double period{0.001};  ///< s, > 0: sample period.
+  double period{0.001};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
@@ -44,16 +31,28 @@ struct ForceTorqueAdapterParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("tool_mass", &tool_mass));
-    a->Visit(MakeNameValue("tool_com", &tool_com));
-    a->Visit(MakeNameValue("gravity", &gravity));
-    a->Visit(MakeNameValue("cutoff", &cutoff));
-    a->Visit(MakeNameValue("tare", &tare));
-    a->Visit(MakeNameValue("tare_time", &tare_time));
-    a->Visit(MakeNameValue("tare_speed", &tare_speed));
-    a->Visit(MakeNameValue("tare_max_force", &tare_max_force));
-    a->Visit(MakeNameValue("tare_max_noise", &tare_max_noise));
-    a->Visit(MakeNameValue("period", &period));
+    a->Visit(Field("tool_mass", &tool_mass, AtLeast(0), "kg",
+                   "beyond the sensor: its weight and inertia are removed"));
+    a->Visit(Field("tool_com", &tool_com, Finite(), "m",
+                   "in S: centre of that mass"));
+    a->Visit(Field("gravity", &gravity, AtLeast(0), "m/s^2", "along -z of B"));
+    a->Visit(Field("cutoff", &cutoff, AtLeast(0), "Hz",
+                   "the sensor's own first-order low-pass, which what the "
+                   "tool's inertia does passes through, too; 0 is none"));
+    a->Visit(Field("tare", &tare,
+                   "whether the sensor's bias is learned before anything "
+                   "moves; false: there is none until one is asked for"));
+    a->Visit(Field("tare_time", &tare_time, Between(Open(0), 10), "s",
+                   "how long the tool has to be at rest for it"));
+    a->Visit(Field("tare_speed", &tare_speed, Above(0), "m/s",
+                   "slower than this the tool's centre of mass is at rest"));
+    a->Visit(Field("tare_max_force", &tare_max_force, Above(0), "N",
+                   "a larger force on the resting tool is no bias: it touches "
+                   "something, or its mass is wrong"));
+    a->Visit(Field(
+        "tare_max_noise", &tare_max_noise, Above(0), "N",
+        "noise, standard deviation per axis, with which no bias is learned"));
+    a->Visit(Field("period", &period, Above(0), "s", "between samples"));
   }
 };
 

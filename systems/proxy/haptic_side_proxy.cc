@@ -37,17 +37,7 @@ const HapticSideProxyParams& Validated(const HapticSideProxyParams& params) {
 }  // namespace
 
 void HapticSideProxyParams::Validate() const {
-  const char* const who = "HapticSideProxyParams";
-  map.Validate();
-  link.Validate();
-  ThrowUnlessNonNegative(who, "stiffness", stiffness);
-  ThrowUnlessNonNegative(who, "robot_stiffness", robot_stiffness);
-  ThrowUnlessNonNegative(who, "rotational_stiffness", rotational_stiffness);
-  ThrowUnlessNonNegative(who, "max_force", max_force);
-  ThrowUnlessNonNegative(who, "max_moment", max_moment);
-  ThrowUnlessPositive(who, "force_rate", force_rate);
-  ThrowUnlessPositive(who, "moment_rate", moment_rate);
-  ThrowUnlessPositive(who, "period", period);
+  ValidateFields("HapticSideProxyParams", *this);
 }
 
 HapticSideProxy::HapticSideProxy(HapticSideProxyParams params)

@@ -38,16 +38,23 @@ struct HapticSideProxyParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("map", &map));
-    a->Visit(MakeNameValue("link", &link));
-    a->Visit(MakeNameValue("stiffness", &stiffness));
-    a->Visit(MakeNameValue("robot_stiffness", &robot_stiffness));
-    a->Visit(MakeNameValue("rotational_stiffness", &rotational_stiffness));
-    a->Visit(MakeNameValue("max_force", &max_force));
-    a->Visit(MakeNameValue("max_moment", &max_moment));
-    a->Visit(MakeNameValue("force_rate", &force_rate));
-    a->Visit(MakeNameValue("moment_rate", &moment_rate));
-    a->Visit(MakeNameValue("period", &period));
+    a->Visit(Field("map", &map, "between device and robot"));
+    a->Visit(Field("link", &link, "what counts as a good message"));
+    a->Visit(Field("stiffness", &stiffness, AtLeast(0), "N/m",
+                   "k_vir_h; 0: force-matched, map.scale x robot_stiffness"));
+    a->Visit(Field("robot_stiffness", &robot_stiffness, AtLeast(0), "N/m",
+                   "k_vir_r of the robot side"));
+    a->Visit(Field("rotational_stiffness", &rotational_stiffness, AtLeast(0),
+                   "N m/rad", "likewise of rotations"));
+    a->Visit(Field("max_force", &max_force, AtLeast(0), "N",
+                   "bound on |F_h|: the device's"));
+    a->Visit(Field("max_moment", &max_moment, AtLeast(0), "N m",
+                   "bound on |M_h|; 0: moments off"));
+    a->Visit(Field("force_rate", &force_rate, Above(0), "N/s",
+                   "bound on the change of F_h"));
+    a->Visit(Field("moment_rate", &moment_rate, Above(0), "N m/s",
+                   "bound on the change of M_h"));
+    a->Visit(Field("period", &period, Above(0), "s", "between updates"));
   }
 };
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "dual_proxy/common/rotation.h"
-#include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
 namespace {
@@ -29,7 +28,7 @@ Pose Displaced(const Pose& from, const Vector6& displacement) noexcept {
 }  // namespace
 
 void PoseInterpolatorParams::Validate() const {
-  ThrowUnlessPositive("PoseInterpolatorParams", "max_interval", max_interval);
+  ValidateFields("PoseInterpolatorParams", *this);
 }
 
 PoseInterpolator::PoseInterpolator(PoseInterpolatorParams params)

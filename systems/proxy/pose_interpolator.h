@@ -10,8 +10,6 @@ namespace dual_proxy {
 
 /** Parameters of PoseInterpolator. */
 struct PoseInterpolatorParams {
-  /// s, > 0. Two poses sent further apart are not joined: the target starts
-  /// anew, at rest, at the later one.
   double max_interval{0.25};
 
   /** @throws std::invalid_argument naming the field. */
@@ -20,7 +18,9 @@ struct PoseInterpolatorParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("max_interval", &max_interval));
+    a->Visit(Field("max_interval", &max_interval, Above(0), "s",
+                   "two poses sent further apart are not joined: the target "
+                   "starts anew, at rest, at the later one"));
   }
 };
 

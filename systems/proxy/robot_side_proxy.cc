@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "dual_proxy/common/arm_limits.h"
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
@@ -63,22 +62,7 @@ const RobotSideProxyParams& Validated(const RobotSideProxyParams& params) {
 
 void RobotSideProxyParams::Validate() const {
   const char* const who = "RobotSideProxyParams";
-  map.Validate();
-  workspace.Validate();
-  limiter.Validate();
-  link.Validate();
-  interpolator.Validate();
-  ThrowUnlessNonNegative(who, "stiffness", stiffness);
-  ThrowUnlessNonNegative(who, "rotational_stiffness", rotational_stiffness);
-  ThrowUnlessNonNegative(who, "max_force", max_force);
-  ThrowUnlessNonNegative(who, "max_moment", max_moment);
-  ThrowUnlessPositive(who, "force_rate", force_rate);
-  ThrowUnlessPositive(who, "moment_rate", moment_rate);
-  ThrowUnlessNonNegative(who, "max_motion_error", max_motion_error);
-  ThrowUnlessInRange(who, "max_distance", max_distance, Open(0),
-                     ArmLimits{}.proxy_distance);
-  ThrowUnlessInRange(who, "catch_up_share", catch_up_share, Open(0), 1);
-  ThrowUnlessPositive(who, "period", period);
+  ValidateFields(who, *this);
   if (limiter.period != period) {
     ThrowInvalidField(who, "limiter.period", "the value of `period`",
                       limiter.period);

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "dual_proxy/common/arm_limits.h"
 #include "dual_proxy/common/pose.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/link/link_monitor.h"
@@ -54,23 +55,37 @@ struct RobotSideProxyParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("map", &map));
-    a->Visit(MakeNameValue("workspace", &workspace));
-    a->Visit(MakeNameValue("limiter", &limiter));
-    a->Visit(MakeNameValue("link", &link));
-    a->Visit(MakeNameValue("interpolate", &interpolate));
-    a->Visit(MakeNameValue("interpolator", &interpolator));
-    a->Visit(MakeNameValue("stiffness", &stiffness));
-    a->Visit(MakeNameValue("rotational_stiffness", &rotational_stiffness));
-    a->Visit(MakeNameValue("max_force", &max_force));
-    a->Visit(MakeNameValue("max_moment", &max_moment));
-    a->Visit(MakeNameValue("force_rate", &force_rate));
-    a->Visit(MakeNameValue("moment_rate", &moment_rate));
-    a->Visit(MakeNameValue("max_motion_error", &max_motion_error));
-    a->Visit(MakeNameValue("max_distance", &max_distance));
-    a->Visit(MakeNameValue("catch_up_share", &catch_up_share));
-    VisitEnum(a, "RobotSideProxyParams", "handover", &handover);
-    a->Visit(MakeNameValue("period", &period));
+    a->Visit(Field("map", &map, "between device and robot"));
+    a->Visit(Field("workspace", &workspace, "where the robot proxy may go"));
+    a->Visit(Field("limiter", &limiter, "how fast; its period is `period`"));
+    a->Visit(Field("link", &link, "what counts as a good message"));
+    a->Visit(Field("interpolate", &interpolate,
+                   "true: the device's poses are joined to a motion with "
+                   "continuous velocity, one message interval behind; false: "
+                   "the target is the newest pose"));
+    a->Visit(Field("interpolator", &interpolator, "how poses are joined"));
+    a->Visit(Field("stiffness", &stiffness, AtLeast(0), "N/m", "k_vir_r"));
+    a->Visit(Field("rotational_stiffness", &rotational_stiffness, AtLeast(0),
+                   "N m/rad", "likewise of rotations"));
+    a->Visit(Field("max_force", &max_force, AtLeast(0), "N", "bound on |F_r|"));
+    a->Visit(
+        Field("max_moment", &max_moment, AtLeast(0), "N m", "bound on |M_r|"));
+    a->Visit(Field("force_rate", &force_rate, Above(0), "N/s",
+                   "bound on the change of F_r"));
+    a->Visit(Field("moment_rate", &moment_rate, Above(0), "N m/s",
+                   "bound on the change of M_r"));
+    a->Visit(Field("max_motion_error", &max_motion_error, AtLeast(0), "m",
+                   "bound on |dx_m|, 0 is none"));
+    a->Visit(Field("max_distance", &max_distance,
+                   Between(Open(0), ArmLimits{}.proxy_distance), "m",
+                   "how far proxy and robot may part"));
+    a->Visit(Field("catch_up_share", &catch_up_share, Between(Open(0), 1), "",
+                   "share of the limiter's accelerations until the proxy has "
+                   "met the device's poses"));
+    VisitEnum(a, "RobotSideProxyParams", "handover", &handover,
+              "how the forces start in a new direction: from the sensed force, "
+              "or from where they are");
+    a->Visit(Field("period", &period, Above(0), "s", "between updates"));
   }
 };
 

@@ -10,7 +10,6 @@
 #include <ruckig/ruckig.hpp>
 
 #include "dual_proxy/common/rotation.h"
-#include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
 namespace {
@@ -113,13 +112,7 @@ void Turn(const Eigen::Vector3d& displacement, Eigen::Matrix3d* R) noexcept {
 }  // namespace
 
 void TrajectoryLimiterParams::Validate() const {
-  const char* const who = "TrajectoryLimiterParams";
-  ThrowUnlessPositive(who, "max_velocity", max_velocity);
-  ThrowUnlessPositive(who, "max_acceleration", max_acceleration);
-  ThrowUnlessPositive(who, "max_angular_velocity", max_angular_velocity);
-  ThrowUnlessPositive(who, "max_angular_acceleration",
-                      max_angular_acceleration);
-  ThrowUnlessPositive(who, "period", period);
+  ValidateFields("TrajectoryLimiterParams", *this);
 }
 
 TrajectoryLimiter::TrajectoryLimiter(TrajectoryLimiterParams params)

@@ -12,15 +12,10 @@ namespace dual_proxy {
 
 /** Limits of the motion of the robot proxy; each holds per axis of B. */
 struct TrajectoryLimiterParams {
-  /// m/s, > 0. The paper's 0.2.
   double max_velocity{0.2};
-  /// m/s^2, > 0. The paper's 10.
   double max_acceleration{10.0};
-  /// rad/s, > 0.
   double max_angular_velocity{1.0};
-  /// rad/s^2, > 0.
   double max_angular_acceleration{20.0};
-  /// Time between two calls of Update() or Stop(), s, > 0.
   double period{0.001};
 
   /** @throws std::invalid_argument naming the field. */
@@ -29,12 +24,15 @@ struct TrajectoryLimiterParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("max_velocity", &max_velocity));
-    a->Visit(MakeNameValue("max_acceleration", &max_acceleration));
-    a->Visit(MakeNameValue("max_angular_velocity", &max_angular_velocity));
-    a->Visit(
-        MakeNameValue("max_angular_acceleration", &max_angular_acceleration));
-    a->Visit(MakeNameValue("period", &period));
+    a->Visit(Field("max_velocity", &max_velocity, Above(0), "m/s",
+                   "per axis; the paper's 0.2"));
+    a->Visit(Field("max_acceleration", &max_acceleration, Above(0), "m/s^2",
+                   "per axis; the paper's 10"));
+    a->Visit(Field("max_angular_velocity", &max_angular_velocity, Above(0),
+                   "rad/s", "per axis"));
+    a->Visit(Field("max_angular_acceleration", &max_angular_acceleration,
+                   Above(0), "rad/s^2", "per axis"));
+    a->Visit(Field("period", &period, Above(0), "s", "between updates"));
   }
 };
 

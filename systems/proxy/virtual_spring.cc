@@ -6,7 +6,6 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "dual_proxy/common/validate.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
 namespace dual_proxy {
@@ -34,14 +33,7 @@ Eigen::Matrix3d NewDirections(const Eigen::Matrix3d& last,
 }  // namespace
 
 void VirtualSpringParams::Validate() const {
-  const char* const who = "VirtualSpringParams";
-  ThrowUnlessNonNegative(who, "stiffness", stiffness);
-  ThrowUnlessNonNegative(who, "max_force", max_force);
-  ThrowUnlessNonNegative(who, "leash", leash);
-  ThrowUnlessPositive(who, "rate", rate);
-  ThrowUnlessInRange(who, "new_direction_angle", new_direction_angle, Open(0),
-                     Open(std::numbers::pi / 2));
-  ThrowUnlessPositive(who, "period", period);
+  ValidateFields("VirtualSpringParams", *this);
 }
 
 VirtualSpring::VirtualSpring(VirtualSpringParams params) : params_(params) {

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "dual_proxy/common/enum_strings.h"
+#include "dual_proxy/common/serialize.h"
 
 namespace dual_proxy {
 
@@ -28,22 +29,38 @@ struct EnumStrings<Handover> {
 
 /** Parameters of a VirtualSpring; of forces, or with N m and rad of moments. */
 struct VirtualSpringParams {
-  double stiffness{500.0};  ///< N/m or N m/rad, >= 0.
-  double max_force{20.0};   ///< Bound on the norm, N or N m, >= 0; 0 is off.
-  /// m or rad, >= 0: beyond it max_force bounds no more, and F grows on with
-  /// the stiffness; 0 is off. It is what holds a robot that leaves its proxy by
-  /// its own doing.
+  double stiffness{500.0};
+  double max_force{20.0};
+  /// It is what holds a robot that leaves its proxy by its own doing.
   double leash{0.0};
-  double rate{50.0};  ///< Bound on its change, N/s or N m/s, > 0.
+  double rate{50.0};
   Handover handover{Handover::kPrinted};
-  /// A direction counts as new if the last force space holds nothing within
-  /// this angle of it, rad, in (0, pi/2). It tells another surface from one
-  /// surface that bends away.
+  /// It tells another surface from one surface that bends away.
   double new_direction_angle{std::numbers::pi / 3.0};
-  double period{0.001};  ///< Time between two calls of Update(), s, > 0.
+  double period{0.001};
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(Field("stiffness", &stiffness, AtLeast(0), "N/m", "k_vir"));
+    a->Visit(Field("max_force", &max_force, AtLeast(0), "N",
+                   "bound on the norm of the force; 0 is off"));
+    a->Visit(Field("leash", &leash, AtLeast(0), "m",
+                   "displacement beyond which max_force bounds no more, and "
+                   "the force grows on with the stiffness; 0 is off"));
+    a->Visit(Field("rate", &rate, Above(0), "N/s",
+                   "bound on the change of the force"));
+    VisitEnum(a, "VirtualSpringParams", "handover", &handover,
+              "how the force starts in a new direction");
+    a->Visit(Field("new_direction_angle", &new_direction_angle,
+                   Between(Open(0), Open(std::numbers::pi / 2)), "rad",
+                   "a direction is new if the last force space holds nothing "
+                   "within this angle of it"));
+    a->Visit(Field("period", &period, Above(0), "s", "between updates"));
+  }
 };
 
 struct VirtualSpringState {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "dual_proxy/common/validate.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
 namespace dual_proxy {
@@ -14,13 +13,7 @@ constexpr double kRounding = 1e-9;  // m
 }  // namespace
 
 void WorkspaceLimitsParams::Validate() const {
-  const char* const who = "WorkspaceLimitsParams";
-  ThrowUnlessFinite(who, "center", center);
-  for (int i = 0; i < 3; ++i) {
-    ThrowUnlessNonNegative(who, "half_size", half_size(i));
-  }
-  ThrowUnlessPositive(who, "radius", radius);
-  ThrowUnlessNonNegative(who, "half_height", half_height);
+  ValidateFields("WorkspaceLimitsParams", *this);
 }
 
 WorkspaceLimits::WorkspaceLimits(WorkspaceLimitsParams params)

@@ -20,13 +20,9 @@ struct WorkspaceLimitsParams {
   };
 
   Shape shape{Shape::kNone};
-  /// Centre of the shape, m, in B.
   Eigen::Vector3d center{Eigen::Vector3d::Zero()};
-  /// Box: half of each side, m, >= 0.
   Eigen::Vector3d half_size{Eigen::Vector3d::Constant(0.5)};
-  /// Sphere and cylinder: radius, m, > 0.
   double radius{0.5};
-  /// Cylinder: half of its height, m, >= 0.
   double half_height{0.5};
 
   /** @throws std::invalid_argument naming the field. */
@@ -35,11 +31,14 @@ struct WorkspaceLimitsParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    VisitEnum(a, "WorkspaceLimitsParams", "shape", &shape);
-    a->Visit(MakeNameValue("center", &center));
-    a->Visit(MakeNameValue("half_size", &half_size));
-    a->Visit(MakeNameValue("radius", &radius));
-    a->Visit(MakeNameValue("half_height", &half_height));
+    VisitEnum(a, "WorkspaceLimitsParams", "shape", &shape,
+              "a box along the axes of B, a cylinder about its z");
+    a->Visit(Field("center", &center, Finite(), "m", "of the shape, in B"));
+    a->Visit(Field("half_size", &half_size, AtLeast(0), "m",
+                   "box: half of each side"));
+    a->Visit(Field("radius", &radius, Above(0), "m", "of sphere and cylinder"));
+    a->Visit(
+        Field("half_height", &half_height, AtLeast(0), "m", "of a cylinder"));
   }
 };
 

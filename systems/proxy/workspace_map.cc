@@ -1,16 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/proxy/workspace_map.h"
 
-#include "dual_proxy/common/validate.h"
-
 namespace dual_proxy {
 
 void WorkspaceMapParams::Validate() const {
-  const char* const who = "WorkspaceMapParams";
-  ThrowUnlessRotation(who, "R_DB", R_DB);
-  ThrowUnlessFinite(who, "p_cw", p_cw);
-  ThrowUnlessRotation(who, "R_cw", R_cw);
-  ThrowUnlessPositive(who, "scale", scale);
+  ValidateFields("WorkspaceMapParams", *this);
 }
 
 WorkspaceMap::WorkspaceMap(WorkspaceMapParams params) : params_(params) {

@@ -10,14 +10,9 @@ namespace dual_proxy {
 
 /** How the device's workspace lies in the robot's. */
 struct WorkspaceMapParams {
-  /// Maps coordinates in the robot base frame B to the device base frame D
-  /// (the paper's R_{h-r}).
   Eigen::Matrix3d R_DB{Eigen::Matrix3d::Identity()};
-  /// Robot position that belongs to the device's home (clutch), m, in B.
   Eigen::Vector3d p_cw{Eigen::Vector3d::Zero()};
-  /// Robot orientation R_BE that belongs to the device's home.
   Eigen::Matrix3d R_cw{Eigen::Matrix3d::Identity()};
-  /// Metres the robot moves per metre of the device, > 0; 2.5 in the paper.
   double scale{2.5};
 
   /** @throws std::invalid_argument naming the field. */
@@ -26,10 +21,17 @@ struct WorkspaceMapParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("R_DB", &R_DB));
-    a->Visit(MakeNameValue("p_cw", &p_cw));
-    a->Visit(MakeNameValue("R_cw", &R_cw));
-    a->Visit(MakeNameValue("scale", &scale));
+    a->Visit(Field("R_DB", &R_DB, Rotation(), "",
+                   "maps coordinates in the robot base frame B to the device "
+                   "base frame D (the paper's R_{h-r})"));
+    a->Visit(Field(
+        "p_cw", &p_cw, Finite(), "m",
+        "in B: robot position that belongs to the device's home (clutch)"));
+    a->Visit(Field("R_cw", &R_cw, Rotation(), "",
+                   "robot orientation R_BE that belongs to the device's home"));
+    a->Visit(
+        Field("scale", &scale, Above(0), "",
+              "metres of the robot per metre of the device; 2.5 in the paper"));
   }
 };
 

@@ -35,9 +35,7 @@ void Visit(const HapticSideOutput& output, SignalSink* sink) {
 
 void HapticSideParams::Validate() const {
   const char* who = "HapticSideParams";
-  proxy.Validate();
-  controller.Validate();
-  sender.Validate();
+  ValidateFields(who, *this);
   if (controller.period != proxy.period) {
     ThrowInvalidField(who, "controller.period", "the proxy's period",
                       controller.period);

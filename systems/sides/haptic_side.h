@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "dual_proxy/common/pose.h"
+#include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/haptic_controller.h"
 #include "dual_proxy/link/message.h"
 #include "dual_proxy/link/pose_sender.h"
@@ -23,6 +24,14 @@ struct HapticSideParams {
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(Field("proxy", &proxy, "its half of the scheme"));
+    a->Visit(Field("controller", &controller, "of the device"));
+    a->Visit(Field("sender", &sender, "of its poses"));
+  }
 };
 
 /** Inputs of one cycle, in D unless said. */

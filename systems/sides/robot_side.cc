@@ -78,9 +78,7 @@ RobotSideProxyInput MakeProxyInput(const RobotSideInput& input) {
 
 void RobotSideParams::Validate() const {
   const char* who = "RobotSideParams";
-  proxy.Validate();
-  controller.Validate();
-  sender.Validate();
+  ValidateFields(who, *this);
   if (controller.period != proxy.period) {
     ThrowInvalidField(who, "controller.period", "the proxy's period",
                       controller.period);
@@ -88,11 +86,6 @@ void RobotSideParams::Validate() const {
   if (sender.period != proxy.period) {
     ThrowInvalidField(who, "sender.period", "the proxy's period",
                       sender.period);
-  }
-  ThrowUnlessPositive(who, "filter_period", filter_period);
-  if (filter_period < proxy.period) {
-    ThrowInvalidField(who, "filter_period", "at least the control period",
-                      filter_period);
   }
   if (angular_filter_period != 0 && !(angular_filter_period >= proxy.period)) {
     ThrowInvalidField(who, "angular_filter_period",

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "dual_proxy/common/pose.h"
+#include "dual_proxy/common/serialize.h"
 #include "dual_proxy/common/window_mean.h"
 #include "dual_proxy/control/operational_space_controller.h"
 #include "dual_proxy/link/message.h"
@@ -22,15 +23,27 @@ struct RobotSideParams {
   RobotSideProxyParams proxy;
   OperationalSpaceControllerParams controller;
   PoseSenderParams sender;
-  /** s, >= period: time between two updates of the force-space particle filter,
-  over which its inputs are averaged. */
   double filter_period{1 / 15.0};
-  /** The same of the angular filter; 0 is without one: its means are not
-  computed. */
   double angular_filter_period{0};
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(Field("proxy", &proxy, "its half of the scheme"));
+    a->Visit(Field("controller", &controller, "of the robot"));
+    a->Visit(Field("sender", &sender, "of its poses"));
+    a->Visit(Field("filter_period", &filter_period,
+                   AtLeast({proxy.period, "proxy.period"}), "s",
+                   "between updates of the force-space particle filter, over "
+                   "which its inputs are averaged"));
+    a->Visit(Field("angular_filter_period", &angular_filter_period, AtLeast(0),
+                   "s",
+                   "the same of the angular filter; 0 is without one: its "
+                   "means are not computed"));
+  }
 };
 
 /** Inputs of one cycle; vectors in B; every force is what the robot exerts on

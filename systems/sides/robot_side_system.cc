@@ -17,7 +17,7 @@ RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
   Memory start;
   start.side = side_.MakeState();
   if (q_start) {
-    ThrowUnlessFinite("RobotSideSystem", "q_start", *q_start);
+    ThrowUnlessIn("RobotSideSystem", "q_start", *q_start, Finite());
     Pose X_BE;
     ModelTerms terms;
     arm_.Calc(*q_start, Vector7::Zero(), &X_BE, &terms);
@@ -29,7 +29,7 @@ RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
       ThrowInvalidField("RobotSideSystem", "sensor.period",
                         "the side's own period", sensor->params.period);
     }
-    ThrowUnlessFinite("RobotSideSystem", "p_SE", sensor->p_SE);
+    ThrowUnlessIn("RobotSideSystem", "p_SE", sensor->p_SE, Finite());
     sensor_.emplace(sensor->params);
     p_SE_ = sensor->p_SE;
     start.sensor = sensor_->MakeState(sensor->seed);

@@ -12,8 +12,7 @@ void ContactSceneParams::Validate() const {
     ThrowInvalidField(kWho, "surfaces", "at most 8 surfaces",
                       static_cast<double>(surfaces.size()));
   }
-  for (const ContactSurfaceParams& surface : surfaces) surface.Validate();
-  ThrowUnlessNonNegative(kWho, "tool_radius", tool_radius);
+  ValidateFields(kWho, *this);
 }
 
 ContactScene::ContactScene(const Params& params) : params_(params) {

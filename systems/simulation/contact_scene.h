@@ -4,19 +4,28 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "dual_proxy/common/serialize.h"
 #include "dual_proxy/simulation/contact_surface.h"
 
 namespace dual_proxy {
 
 /** Parameters of ContactScene. */
 struct ContactSceneParams {
-  /** Up to 8 surfaces; two that meet make an inner corner. None: free space. */
   std::vector<ContactSurfaceParams> surfaces;
-  /** m, >= 0: radius of the spherical tool. */
   double tool_radius{0};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(
+        Field("surfaces", &surfaces,
+              "up to 8; two that meet make an inner corner; none: free space"));
+    a->Visit(Field("tool_radius", &tool_radius, AtLeast(0), "m",
+                   "of the spherical tool"));
+  }
 };
 
 /** A tool's contact with a scene: the truth that estimates are measured

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dual_proxy/common/validate.h"
-
 namespace dual_proxy {
 namespace {
 
@@ -47,21 +45,7 @@ Distance DistanceTo(const ContactSurfaceParams& surface,
 }  // namespace
 
 void ContactSurfaceParams::Validate() const {
-  constexpr const char* kWho = "ContactSurfaceParams";
-  if (shape != SurfaceShape::kPlane && shape != SurfaceShape::kCylinder &&
-      shape != SurfaceShape::kBox) {
-    ThrowInvalidField(kWho, "shape", "a SurfaceShape", static_cast<int>(shape));
-  }
-  ThrowUnlessFinite(kWho, "position", position);
-  ThrowUnlessRotation(kWho, "rotation", rotation);
-  ThrowUnlessPositive(kWho, "radius", radius);
-  for (const double size : half_size) {
-    ThrowUnlessPositive(kWho, "half_size", size);
-  }
-  ThrowUnlessPositive(kWho, "stiffness", stiffness);
-  ThrowUnlessNonNegative(kWho, "dissipation", dissipation);
-  ThrowUnlessNonNegative(kWho, "friction", friction);
-  ThrowUnlessPositive(kWho, "stiction_speed", stiction_speed);
+  ValidateFields("ContactSurfaceParams", *this);
 }
 
 ContactSurface::ContactSurface(const Params& params) : params_(params) {

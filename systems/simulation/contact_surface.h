@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "dual_proxy/common/enum_strings.h"
+#include "dual_proxy/common/serialize.h"
 
 namespace dual_proxy {
 
@@ -27,26 +28,41 @@ struct EnumStrings<SurfaceShape> {
 /** Parameters of ContactSurface. */
 struct ContactSurfaceParams {
   SurfaceShape shape{SurfaceShape::kPlane};
-  /** m, in B: origin of the surface's frame. */
   Eigen::Vector3d position{Eigen::Vector3d::Zero()};
-  /** Rotation of the surface's frame in B. */
   Eigen::Matrix3d rotation{Eigen::Matrix3d::Identity()};
-  /** m, > 0: of the cylinder. */
   double radius{0.1};
-  /** m, each > 0: of the box. */
   Eigen::Vector3d half_size{0.1, 0.1, 0.1};
-  /** N/m, > 0. */
   double stiffness{5000};
-  /** s/m, >= 0: the normal force grows by this share per m/s of sinking in. */
   double dissipation{2};
-  /** mu, >= 0: Coulomb friction, static and kinetic. */
   double friction{0};
-  /** m/s, > 0: below it friction grows linearly with the sliding speed, which
-  stands in for sticking. */
   double stiction_speed{0.01};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    VisitEnum(a, "ContactSurfaceParams", "shape", &shape,
+              "in the surface's frame: solid where z < 0, about x and endless, "
+              "or with sides along its axes");
+    a->Visit(Field("position", &position, Finite(), "m",
+                   "in B: origin of the surface's frame"));
+    a->Visit(Field("rotation", &rotation, Rotation(), "",
+                   "of the surface's frame in B"));
+    a->Visit(Field("radius", &radius, Above(0), "m", "of the cylinder"));
+    a->Visit(Field("half_size", &half_size, Above(0), "m", "of the box"));
+    a->Visit(Field("stiffness", &stiffness, Above(0), "N/m",
+                   "normal force per depth"));
+    a->Visit(
+        Field("dissipation", &dissipation, AtLeast(0), "s/m",
+              "share by which the normal force grows per m/s of sinking in"));
+    a->Visit(Field("friction", &friction, AtLeast(0), "",
+                   "mu of Coulomb friction, static and kinetic"));
+    a->Visit(Field("stiction_speed", &stiction_speed, Above(0), "m/s",
+                   "below it friction grows linearly with the sliding speed, "
+                   "which stands in for sticking"));
+  }
 };
 
 /** A tool's contact with one surface. */

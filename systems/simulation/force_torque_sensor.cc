@@ -2,17 +2,11 @@
 #include "dual_proxy/simulation/force_torque_sensor.h"
 
 #include "dual_proxy/common/low_pass.h"
-#include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
 
 void ForceTorqueSensorParams::Validate() const {
-  constexpr const char* kWho = "ForceTorqueSensorParams";
-  ThrowUnlessNonNegative(kWho, "force_noise_std", force_noise_std);
-  ThrowUnlessNonNegative(kWho, "moment_noise_std", moment_noise_std);
-  ThrowUnlessFinite(kWho, "force_bias", force_bias);
-  ThrowUnlessFinite(kWho, "moment_bias", moment_bias);
-  ForceTorqueAdapterParams::Validate();
+  ValidateFields("ForceTorqueSensorParams", *this);
 }
 
 ForceTorqueSensor::ForceTorqueSensor(const Params& params)

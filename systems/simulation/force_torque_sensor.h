@@ -13,10 +13,8 @@ namespace dual_proxy {
 /** Parameters of ForceTorqueSensor: of what is simulated, and of the adapter
 behind it. */
 struct ForceTorqueSensorParams : ForceTorqueAdapterParams {
-  /** N and N m, >= 0: standard deviation of white noise per axis and sample. */
   double force_noise_std{0.2};
   double moment_noise_std{0.005};
-  /** N and N m, in S: constant error. */
   Eigen::Vector3d force_bias{Eigen::Vector3d::Zero()};
   Eigen::Vector3d moment_bias{Eigen::Vector3d::Zero()};
 
@@ -26,10 +24,14 @@ struct ForceTorqueSensorParams : ForceTorqueAdapterParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("force_noise_std", &force_noise_std));
-    a->Visit(MakeNameValue("moment_noise_std", &moment_noise_std));
-    a->Visit(MakeNameValue("force_bias", &force_bias));
-    a->Visit(MakeNameValue("moment_bias", &moment_bias));
+    a->Visit(Field("force_noise_std", &force_noise_std, AtLeast(0), "N",
+                   "standard deviation of white noise per axis and sample"));
+    a->Visit(Field("moment_noise_std", &moment_noise_std, AtLeast(0), "N m",
+                   "likewise of moments"));
+    a->Visit(Field("force_bias", &force_bias, Finite(), "N",
+                   "in S: constant error"));
+    a->Visit(Field("moment_bias", &moment_bias, Finite(), "N m",
+                   "in S: constant error"));
     ForceTorqueAdapterParams::Serialize(a);
   }
 };

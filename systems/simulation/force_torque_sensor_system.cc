@@ -12,7 +12,7 @@ ForceTorqueSensorSystem::ForceTorqueSensorSystem(
     const ForceTorqueSensorParams& params, const Eigen::Vector3d& p_SE,
     std::uint64_t seed)
     : Face(Feedthrough::kNo), sensor_(params), p_SE_(p_SE) {
-  ThrowUnlessFinite("ForceTorqueSensorSystem", "p_SE", p_SE);
+  ThrowUnlessIn("ForceTorqueSensorSystem", "p_SE", p_SE, Finite());
   DeclareVectorInputPort("reaction", 6);
   DeclareValueInput<RigidTransformd>("robot_pose");
   DeclareVectorInputPort("tare", 1);

@@ -6,7 +6,6 @@
 
 #include "dual_proxy/common/low_pass.h"
 #include "dual_proxy/common/rotation.h"
-#include "dual_proxy/common/validate.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
 namespace dual_proxy {
@@ -32,18 +31,7 @@ Eigen::Matrix3d MatrixExponential(const Eigen::Matrix3d& A) {
 }  // namespace
 
 void SimulatedHapticDeviceParams::Validate() const {
-  constexpr const char* kWho = "SimulatedHapticDeviceParams";
-  ThrowUnlessPositive(kWho, "hand_mass", hand_mass);
-  ThrowUnlessNonNegative(kWho, "hand_stiffness", hand_stiffness);
-  ThrowUnlessNonNegative(kWho, "hand_damping", hand_damping);
-  ThrowUnlessPositive(kWho, "device_mass", device_mass);
-  ThrowUnlessNonNegative(kWho, "device_damping", device_damping);
-  ThrowUnlessNonNegative(kWho, "max_force", max_force);
-  ThrowUnlessPositive(kWho, "workspace_radius", workspace_radius);
-  ThrowUnlessPositive(kWho, "workspace_half_length", workspace_half_length);
-  ThrowUnlessNonNegative(kWho, "resolution", resolution);
-  ThrowUnlessNonNegative(kWho, "velocity_cutoff", velocity_cutoff);
-  ThrowUnlessPositive(kWho, "period", period);
+  ValidateFields("SimulatedHapticDeviceParams", *this);
 }
 
 SimulatedHapticDevice::SimulatedHapticDevice(const Params& params)

@@ -12,29 +12,18 @@ namespace dual_proxy {
 /** Parameters of SimulatedHapticDevice; the defaults are an Omega.7 in a firm
 hand. */
 struct SimulatedHapticDeviceParams {
-  /** kg, > 0: moving mass of the hand. */
   double hand_mass{0.5};
-  /** K, N/m, >= 0: the hand pulls to the intended position. A soft hand has
-  300, a firm one 600. */
   double hand_stiffness{600};
-  /** B, N s/m, >= 0: the hand pulls to the intended velocity; 10 to 30. */
   double hand_damping{30};
-  /** kg, > 0: moving mass of the device at the handle. */
   double device_mass{0.25};
-  /** N s/m, >= 0: friction of the device, as viscous damping to its base. */
   double device_damping{1};
-  /** N, >= 0: no larger force leaves the device, whatever is commanded. */
   double max_force{12};
-  /** m, > 0: radius of the workspace about the x axis of D. */
   double workspace_radius{0.08};
-  /** m, > 0: half of the workspace's length along the x axis of D. */
   double workspace_half_length{0.055};
-  /** m, >= 0: step of the position reading, 0 for none. */
   double resolution{1e-5};
-  /** Hz, >= 0: low-pass of the velocity reading, 0 for none. At 20 Hz it lags
-  by 8 ms, about as a difference over 20 ms, which vendors' drivers use. */
+  /** At 20 Hz it lags by 8 ms, about as a difference over 20 ms, which vendors'
+  drivers use. */
   double velocity_cutoff{20};
-  /** s, > 0: control period. */
   double period{0.001};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -43,17 +32,28 @@ struct SimulatedHapticDeviceParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(MakeNameValue("hand_mass", &hand_mass));
-    a->Visit(MakeNameValue("hand_stiffness", &hand_stiffness));
-    a->Visit(MakeNameValue("hand_damping", &hand_damping));
-    a->Visit(MakeNameValue("device_mass", &device_mass));
-    a->Visit(MakeNameValue("device_damping", &device_damping));
-    a->Visit(MakeNameValue("max_force", &max_force));
-    a->Visit(MakeNameValue("workspace_radius", &workspace_radius));
-    a->Visit(MakeNameValue("workspace_half_length", &workspace_half_length));
-    a->Visit(MakeNameValue("resolution", &resolution));
-    a->Visit(MakeNameValue("velocity_cutoff", &velocity_cutoff));
-    a->Visit(MakeNameValue("period", &period));
+    a->Visit(Field("hand_mass", &hand_mass, Above(0), "kg",
+                   "moving mass of the hand"));
+    a->Visit(Field("hand_stiffness", &hand_stiffness, AtLeast(0), "N/m",
+                   "K of the pull to the intended position; a soft hand has "
+                   "300, a firm one 600"));
+    a->Visit(Field("hand_damping", &hand_damping, AtLeast(0), "N s/m",
+                   "B of the pull to the intended velocity, 10 to 30"));
+    a->Visit(Field("device_mass", &device_mass, Above(0), "kg",
+                   "moving mass of the device at the handle"));
+    a->Visit(Field("device_damping", &device_damping, AtLeast(0), "N s/m",
+                   "friction of the device, as viscous damping to its base"));
+    a->Visit(Field("max_force", &max_force, AtLeast(0), "N",
+                   "no larger force leaves the device, whatever is commanded"));
+    a->Visit(Field("workspace_radius", &workspace_radius, Above(0), "m",
+                   "about the x axis of D"));
+    a->Visit(Field("workspace_half_length", &workspace_half_length, Above(0),
+                   "m", "along the x axis of D"));
+    a->Visit(Field("resolution", &resolution, AtLeast(0), "m",
+                   "step of the position reading; 0 is none"));
+    a->Visit(Field("velocity_cutoff", &velocity_cutoff, AtLeast(0), "Hz",
+                   "low-pass of the velocity reading; 0 is none"));
+    a->Visit(Field("period", &period, Above(0), "s", "of control"));
   }
 };
 

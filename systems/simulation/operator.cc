@@ -74,7 +74,7 @@ void OperatorPathParams::Validate() const {
     ThrowInvalidField(kWho, "times", "at least one time",
                       static_cast<double>(times.size()));
   }
-  ThrowUnlessFinite(kWho, "times", times);
+  ThrowUnlessIn(kWho, "times", times, Finite());
   for (int i = 1; i < times.size(); ++i) {
     if (times(i) <= times(i - 1)) {
       ThrowInvalidField(kWho, "times", "strictly increasing times", times(i));
@@ -84,12 +84,12 @@ void OperatorPathParams::Validate() const {
     ThrowInvalidField(kWho, "points", "one column per time",
                       static_cast<double>(points.cols()));
   }
-  ThrowUnlessFinite(kWho, "points", points.reshaped());
+  ThrowUnlessIn(kWho, "points", points, Finite());
   if (rotations.cols() != 0 && rotations.cols() != times.size()) {
     ThrowInvalidField(kWho, "rotations", "none, or one column per time",
                       static_cast<double>(rotations.cols()));
   }
-  ThrowUnlessFinite(kWho, "rotations", rotations.reshaped());
+  ThrowUnlessIn(kWho, "rotations", rotations, Finite());
   if (interpolation != PathInterpolation::kMinimumJerk &&
       interpolation != PathInterpolation::kLinear &&
       interpolation != PathInterpolation::kCubic) {

@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/simulation/point_robot.h"
 
-#include "dual_proxy/common/validate.h"
-
 namespace dual_proxy {
 
 void PointRobotParams::Validate() const {
-  constexpr const char* kWho = "PointRobotParams";
-  ThrowUnlessPositive(kWho, "mass", mass);
-  ThrowUnlessPositive(kWho, "period", period);
-  ThrowUnlessInRange(kWho, "substeps", substeps, 1, 1000);
+  ValidateFields("PointRobotParams", *this);
 }
 
 PointRobot::PointRobot(const Params& params, const ContactSceneParams& scene)

@@ -4,22 +4,31 @@
 #include <Eigen/Core>
 #include <cstdint>
 
+#include "dual_proxy/common/serialize.h"
 #include "dual_proxy/simulation/contact_scene.h"
 
 namespace dual_proxy {
 
 /** Parameters of PointRobot; the default is the paper's unit mass. */
 struct PointRobotParams {
-  /** kg, > 0. */
   double mass{1};
-  /** s, > 0: control period, over which the force is held. */
   double period{0.001};
-  /** Integration steps per period, 1 to 1000. The contact is stable while
-  stiffness (period / substeps)^2 / mass < 4, and accurate well below. */
   int substeps{4};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(Field("mass", &mass, Above(0), "kg", "of the robot"));
+    a->Visit(Field("period", &period, Above(0), "s",
+                   "of control, over which the force is held"));
+    a->Visit(Field(
+        "substeps", &substeps, Between(1, 1000), "",
+        "integration steps per period: the contact is stable while stiffness "
+        "(period / substeps)^2 / mass < 4, and accurate well below"));
+  }
 };
 
 /** Where the point robot is and what it touches there. */

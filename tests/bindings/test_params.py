@@ -238,6 +238,35 @@ def test_the_schema_has_every_field(params):
             assert kinds[name] is type(value)
 
 
+@pytest.mark.parametrize("params", PARAMS, ids=name_of)
+def test_every_field_says_what_it_means(params):
+    for field in params.__fields__:
+        assert field.meaning
+        assert field.meaning in getattr(params, field.name).__doc__
+
+
+def test_a_field_says_unit_range_and_default():
+    def told(params, name):
+        (field,) = (field for field in params.__fields__ if field.name == name)
+        texts = (field.unit, field.range, field.default)
+        return *texts, getattr(params, name).__doc__
+
+    proxy, link = dp.RobotSideProxyParams, dp.LinkParams
+    doc = "N/m, >= 0: k_vir_r, default 500"
+    assert told(proxy, "stiffness") == ("N/m", ">= 0", "500", doc)
+    names = 'one of "printed", "bumpless"'
+    assert told(proxy, "handover")[1:3] == (names, '"bumpless"')
+    assert told(proxy, "map")[:3] == ("", "WorkspaceMapParams", "")
+    assert told(link, "rate")[:3] == ("Hz", "in (0, 1/period]", "50")
+    assert link.sender.__doc__.startswith("PoseSenderParams: ")
+    rotation = told(dp.WorkspaceMapParams, "R_DB")
+    assert rotation[:3] == ("", "a rotation matrix", "identity")
+    assert rotation[3].startswith("(3, 3), a rotation matrix: ")
+    color = told(dp.BoxParams, "color")
+    assert color[1:3] == ("in [0, 1]", "[0.8, 0.7, 0.56, 1]")
+    assert told(dp.PandaSceneParams, "boxes")[1] == "list of BoxParams"
+
+
 @dataclasses.dataclass
 class Mine:
     filter: dp.ForceSpaceParticleFilterParams = dataclasses.field(

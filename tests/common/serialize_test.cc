@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/common/serialize.h"
 
+#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <Eigen/Core>
 
 #include "validation_error.h"
 
@@ -25,9 +27,22 @@ namespace {
 struct Basket {
   Fruit fruit{Fruit::kApple};
 
+  void Validate() const { ValidateFields("Basket", *this); }
+
   template <typename Archive>
   void Serialize(Archive* a) {
-    VisitEnum(a, "Basket", "fruit", &fruit);
+    VisitEnum(a, "Basket", "fruit", &fruit, "what is in it");
+  }
+};
+
+struct Coin {
+  double value{1};
+
+  void Validate() const { ValidateFields("Coin", *this); }
+
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(Field("value", &value, Above(0), "euro", "printed on it"));
   }
 };
 
@@ -42,13 +57,53 @@ struct StringArchive {
   std::string replacement;
 };
 
-TEST(SerializeTest, NameValueKeepsNameAddressAndWhetherItIsRequired) {
+struct Stall {
+  Eigen::Vector2d place{1, 2};
+  double price{3};
+  int left{4};
+  Basket basket;
+  std::vector<Coin> till;
+
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(Field("place", &place, Finite(), "m", "in the market"));
+    a->Visit(Field("price", &price, Above(0), "euro", "of a fruit"));
+    a->Visit(Field("left", &left, Between(0, 9), "", "fruits"));
+    VisitEmbedded(a, "basket", &basket, "for the rest");
+    a->Visit(Field("till", &till, "change"));
+  }
+};
+
+TEST(SerializeTest, AFieldKeepsWhatIsSaidOfIt) {
   double x = 3;
-  const NameValue<double> optional = MakeNameValue("x", &x);
-  EXPECT_STREQ(optional.name(), "x");
-  EXPECT_EQ(optional.value(), &x);
-  EXPECT_FALSE(optional.required());
-  EXPECT_TRUE(MakeRequired("x", &x).required());
+  FieldValue<double> dut = Field("x", &x, Above(0), "m", "of a thing");
+  EXPECT_STREQ(dut.name(), "x");
+  EXPECT_EQ(dut.value(), &x);
+  EXPECT_EQ(dut.notes().range->low.value, 0);
+  EXPECT_STREQ(dut.notes().unit, "m");
+  EXPECT_STREQ(dut.notes().meaning, "of a thing");
+  EXPECT_FALSE(dut.required());
+  EXPECT_TRUE(dut.Required().required());
+  EXPECT_FALSE(Field("x", &x, "of a thing").notes().range);
+}
+
+TEST(SerializeTest, EveryKindOfFieldIsValidated) {
+  const auto error = [](const auto& change) {
+    Stall stall;
+    change(&stall);
+    return InvalidArgument([&] { ValidateFields("Stall", stall); });
+  };
+  EXPECT_NO_THROW(ValidateFields("Stall", Stall()));
+  EXPECT_EQ(error([](Stall* s) { s->place(1) = std::nan(""); }),
+            "Stall: field `place` expected finite values, got [1, nan]");
+  EXPECT_EQ(error([](Stall* s) { s->price = 0; }),
+            "Stall: field `price` expected a finite value > 0, got 0");
+  EXPECT_EQ(error([](Stall* s) { s->left = 10; }),
+            "Stall: field `left` expected a number in [0, 9], got 10");
+  EXPECT_EQ(error([](Stall* s) { s->basket.fruit = static_cast<Fruit>(7); }),
+            "Basket: field `fruit` expected one of \"apple\", \"pear\", got 7");
+  EXPECT_EQ(error([](Stall* s) { s->till = {{1}, {-1}}; }),
+            "Coin: field `value` expected a finite value > 0, got -1");
 }
 
 TEST(SerializeTest, EnumIsVisitedByItsName) {

@@ -110,7 +110,7 @@ TEST(PandaSceneParamsTest, BoxesAreChecked) {
             "BoxParams: field `size[2]` expected a number in [0.0001, 10], "
             "got 0");
   EXPECT_EQ(error([](BoxParams* b) { b->yaw = kNan; }),
-            "BoxParams: field `yaw` expected finite values, got [nan]");
+            "BoxParams: field `yaw` expected a finite value, got nan");
   EXPECT_EQ(error([](BoxParams* b) { b->color(3) = 1.5; }),
             "BoxParams: field `color[3]` expected a number in [0, 1], got "
             "1.5");

@@ -351,7 +351,7 @@ TEST(ScenarioTest, WrongFieldsAreNamedByTheirPath) {
   EXPECT_EQ(ErrorAfter([](S* s) { s->duration = 0; }),
             "tiny.duration: expected a number in [0.001, 3600], got 0");
   EXPECT_EQ(ErrorAfter([](S* s) { s->seed = -1; }),
-            "tiny.seed: expected a number in [0, inf), got -1");
+            "tiny.seed: expected a finite value >= 0, got -1");
   EXPECT_EQ(ErrorAfter([](S* s) { s->scene.friction = -1; }),
             "tiny.scene.friction: expected a number in [0, 5], got -1");
   EXPECT_EQ(ErrorAfter([](S* s) {

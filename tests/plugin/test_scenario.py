@@ -191,7 +191,7 @@ def test_shared_values_are_written_once(plane):
         ("link.max_age", 0.01, "plane.link.max_age: expected more than the delay"),
         ("link", [1], r"plane.link: expected a mapping, got \[1\]"),
         ("seed", 1.5, "plane.seed: expected an integer, got 1.5"),
-        ("seed", -1, "plane.seed: expected a number in"),
+        ("seed", -1, "plane.seed: expected a finite value >= 0"),
         ("seed", 2**63, "plane.seed: expected an integer of 64 bits"),
         ("duration", 0, "plane.duration: expected a number in"),
         (

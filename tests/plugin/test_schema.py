@@ -3,15 +3,11 @@
 
 from pathlib import Path
 
-import pytest
 import yaml
 
 from dual_proxy import _core
 from dual_proxy.scenario import Scenario, load_scenario
 
-SERIALIZED = [
-    item for item in vars(_core).values() if hasattr(item, "_serialized_names")
-]
 ONE_OF_EVERYTHING = Path(__file__).parents[1] / "data" / "one_of_everything.yaml"
 
 # What has only one value, and what the presets and the default agree on.
@@ -24,33 +20,6 @@ def leaves(mapping, prefix=""):
             yield from leaves(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", value
-
-
-def expected_names(params):
-    if params is _core.Scenario:
-        return [name for name in params.fields if name != "name"] + ["overrides"]
-    return [field.name for field in params.__fields__]
-
-
-@pytest.mark.parametrize("params", SERIALIZED, ids=lambda params: params.__name__)
-def test_serialized_names_are_the_fields_in_order(params):
-    assert list(params._serialized_names) == expected_names(params)
-
-
-def test_every_struct_of_a_scenario_is_serialized():
-    def structs(params):
-        yield type(params)
-        for name in type(params).fields:
-            value = getattr(params, name)
-            if hasattr(type(value), "fields"):
-                yield from structs(value)
-
-    found = set(structs(_core.Scenario()))
-    assert len(found) > 15
-    items = {_core.BoxParams, _core.Waypoint}
-    # For diagrams of one's own.
-    alone = {_core.ContactHistoryParams, _core.ForceTorqueAdapterParams}
-    assert found | items | alone == set(SERIALIZED)
 
 
 def test_one_of_everything_differs_from_every_default():

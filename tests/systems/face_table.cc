@@ -41,60 +41,60 @@ using Eigen::VectorXd;
 
 template <typename Archive>
 void Serialize(Archive* a, PortRow* row) {
-  a->Visit(MakeNameValue("name", &row->name));
-  a->Visit(MakeNameValue("size", &row->size));
-  a->Visit(MakeNameValue("type", &row->type));
-  a->Visit(MakeNameValue("public", &row->is_public));
-  a->Visit(MakeNameValue("optional", &row->optional));
-  a->Visit(MakeNameValue("feedthrough", &row->feedthrough));
-  a->Visit(MakeNameValue("acting", &row->acting));
+  a->Visit(NameValue("name", &row->name));
+  a->Visit(NameValue("size", &row->size));
+  a->Visit(NameValue("type", &row->type));
+  a->Visit(NameValue("public", &row->is_public));
+  a->Visit(NameValue("optional", &row->optional));
+  a->Visit(NameValue("feedthrough", &row->feedthrough));
+  a->Visit(NameValue("acting", &row->acting));
 }
 
 template <typename Archive>
 void Serialize(Archive* a, FaceRow* row) {
   bool simulated{};
   bool angular{};
-  a->Visit(MakeNameValue("class", &row->class_name));
-  a->Visit(MakeNameValue("simulated", &simulated));
-  a->Visit(MakeNameValue("angular", &angular));
-  a->Visit(MakeNameValue("inputs", &row->inputs));
-  a->Visit(MakeNameValue("outputs", &row->outputs));
+  a->Visit(NameValue("class", &row->class_name));
+  a->Visit(NameValue("simulated", &simulated));
+  a->Visit(NameValue("angular", &angular));
+  a->Visit(NameValue("inputs", &row->inputs));
+  a->Visit(NameValue("outputs", &row->outputs));
 }
 
 template <typename Archive>
 void Serialize(Archive* a, OperatorPathParams* params) {
-  a->Visit(MakeNameValue("times", &params->times));
-  a->Visit(MakeNameValue("points", &params->points));
-  a->Visit(MakeNameValue("rotations", &params->rotations));
+  a->Visit(NameValue("times", &params->times));
+  a->Visit(NameValue("points", &params->points));
+  a->Visit(NameValue("rotations", &params->rotations));
 }
 
 template <typename Archive>
 void Serialize(Archive* a, ArmModelParams* params) {
-  a->Visit(MakeNameValue("p_PJ", &params->p_PJ));
-  a->Visit(MakeNameValue("R_PJ", &params->R_PJ));
-  a->Visit(MakeNameValue("mass", &params->mass));
-  a->Visit(MakeNameValue("com", &params->com));
-  a->Visit(MakeNameValue("inertia", &params->inertia));
-  a->Visit(MakeNameValue("p_LE", &params->p_LE));
-  a->Visit(MakeNameValue("R_LE", &params->R_LE));
-  a->Visit(MakeNameValue("gravity", &params->gravity));
+  a->Visit(NameValue("p_PJ", &params->p_PJ));
+  a->Visit(NameValue("R_PJ", &params->R_PJ));
+  a->Visit(NameValue("mass", &params->mass));
+  a->Visit(NameValue("com", &params->com));
+  a->Visit(NameValue("inertia", &params->inertia));
+  a->Visit(NameValue("p_LE", &params->p_LE));
+  a->Visit(NameValue("R_LE", &params->R_LE));
+  a->Visit(NameValue("gravity", &params->gravity));
 }
 
 template <typename Archive>
 void Serialize(Archive* a, FaceParams* params) {
-  a->Visit(MakeNameValue("map", &params->map));
-  a->Visit(MakeNameValue("channel", &params->channel));
-  a->Visit(MakeNameValue("channel_seed", &params->channel_seed));
-  a->Visit(MakeNameValue("filter", &params->filter));
-  a->Visit(MakeNameValue("filter_seed", &params->filter_seed));
-  a->Visit(MakeNameValue("history", &params->history));
-  a->Visit(MakeNameValue("window", &params->window));
-  a->Visit(MakeNameValue("path", &params->path));
-  a->Visit(MakeNameValue("device", &params->device));
-  a->Visit(MakeNameValue("sensor", &params->sensor));
-  a->Visit(MakeNameValue("sensor_seed", &params->sensor_seed));
-  a->Visit(MakeNameValue("p_SE", &params->p_SE));
-  a->Visit(MakeNameValue("q_start", &params->q_start));
+  a->Visit(NameValue("map", &params->map));
+  a->Visit(NameValue("channel", &params->channel));
+  a->Visit(NameValue("channel_seed", &params->channel_seed));
+  a->Visit(NameValue("filter", &params->filter));
+  a->Visit(NameValue("filter_seed", &params->filter_seed));
+  a->Visit(NameValue("history", &params->history));
+  a->Visit(NameValue("window", &params->window));
+  a->Visit(NameValue("path", &params->path));
+  a->Visit(NameValue("device", &params->device));
+  a->Visit(NameValue("sensor", &params->sensor));
+  a->Visit(NameValue("sensor_seed", &params->sensor_seed));
+  a->Visit(NameValue("p_SE", &params->p_SE));
+  a->Visit(NameValue("q_start", &params->q_start));
 }
 
 namespace {
