@@ -39,13 +39,20 @@ def leaves(params: object, prefix: str = "") -> Iterator[tuple[str, object]]:
             yield prefix + field.name, value
 
 
+def show(value: object) -> str:
+    """Returns a leaf as C++ shows it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else f"{value}"
+
+
 def default(value: object, text: str) -> str:
     """Returns a default as the page shows it; `text` is that of the field."""
     if not hasattr(type(value), "__fields__"):
         return text
     usual = dict(leaves(type(value)()))
     return ", ".join(
-        f"{name} {item}"
+        f"{name} {show(item)}"
         for name, item in leaves(value)
         if not np.array_equal(item, usual[name])
     )

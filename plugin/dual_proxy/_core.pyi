@@ -5442,7 +5442,7 @@ class Scenario:
     SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force')
     __hash__: typing.ClassVar[None] = None
     _fields: typing.ClassVar[list]
-    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda": which arm, default "panda"', 'scheme': 'one of "dual_proxy", "position_force": position_force is the two-channel baseline, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "PandaSceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions of it', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of the robot', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of the dual proxy only', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'position_force': "PositionForceHapticSideParams: the two-channel baseline on the device's side", 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what they mean to do'}
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda": which arm, default "panda"', 'scheme': 'one of "dual_proxy", "position_force": position_force is the two-channel baseline, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "PandaSceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of the robot', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of the dual proxy only', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'position_force': "PositionForceHapticSideParams: the two-channel baseline on the device's side", 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do'}
     def __copy__(self) -> Scenario:
         ...
     def __deepcopy__(self, memo: dict) -> Scenario:
@@ -5601,7 +5601,7 @@ class Scenario:
     @property
     def link(self) -> LinkParams:
         """
-        LinkParams: both directions of it
+        LinkParams: both directions alike
         """
     @link.setter
     def link(self, arg1: typing.Any) -> None:
@@ -5625,7 +5625,7 @@ class Scenario:
     @property
     def operator(self) -> OperatorParams:
         """
-        OperatorParams: what they mean to do
+        OperatorParams: what the hand means to do
         """
     @operator.setter
     def operator(self, arg1: typing.Any) -> None:

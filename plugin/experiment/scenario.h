@@ -349,7 +349,7 @@ struct Scenario {
     a->Visit(Field("scene", &scene, "the arm's surroundings"));
     a->Visit(
         Field("map", &map, "between device and robot; its p_cw is a copy"));
-    a->Visit(Field("link", &link, "both directions of it"));
+    a->Visit(Field("link", &link, "both directions alike"));
     a->Visit(Field("robot_proxy", &robot_proxy,
                    "the dual proxy on the robot's side"));
     a->Visit(Field("controller", &controller, "of the robot"));
@@ -364,7 +364,7 @@ struct Scenario {
     a->Visit(
         Field("device", &device, "what stands for the device and its hand"));
     a->Visit(Field("sensor", &sensor, "between arm and tool"));
-    a->Visit(Field("operator", &operator_params, "what they mean to do"));
+    a->Visit(Field("operator", &operator_params, "what the hand means to do"));
   }
 
  private:

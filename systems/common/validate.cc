@@ -44,7 +44,7 @@ std::string NameOf(const Bound& bound) {
 
 std::string NameAndValueOf(const Bound& bound) {
   const std::string value = NumberText(bound.value);
-  return bound.name != nullptr ? bound.name + (" (" + value + ")") : value;
+  return bound.name != nullptr ? bound.name + (" = " + value) : value;
 }
 
 // `text` shows a bound; nothing for any finite number.

@@ -167,11 +167,14 @@ TEST_F(TimeDomainPassivityTest, InvalidParamsNameTheField) {
   };
   using P = TimeDomainPassivityParams;
   const std::string who = "TimeDomainPassivityParams: field ";
-  EXPECT_EQ(
-      error([](P& p) { p.initial_energy = 0.003; }),
-      who + "`initial_energy` expected a number in [0, 0.002], got 0.003");
+  EXPECT_EQ(error([](P& p) { p.initial_energy = 0.003; }),
+            who +
+                "`initial_energy` expected a number in [0, max_energy = "
+                "0.002], got 0.003");
   EXPECT_EQ(error([](P& p) { p.damping_margin = 500; }),
-            who + "`damping_margin` expected a number in [0, 400], got 500");
+            who +
+                "`damping_margin` expected a number in [0, max_damping = 400], "
+                "got 500");
   EXPECT_EQ(error([](P& p) { p.actuation_delay = 8; }),
             who + "`actuation_delay` expected a number in [0, 7], got 8");
   EXPECT_EQ(error([](P& p) { p.max_energy = 0; }),

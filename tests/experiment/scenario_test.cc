@@ -377,7 +377,7 @@ TEST(ScenarioTest, WrongFieldsAreNamedByTheirPath) {
               s->controller.force_passivity.damping_margin = 501;
             }),
             "tiny.controller.force_passivity.damping_margin: expected a number "
-            "in [0, 500], got 501");
+            "in [0, max_damping = 500], got 501");
   EXPECT_EQ(
       ErrorAfter([](S* s) { s->operator_params.press_depth = kNan; }),
       "tiny.operator.press_depth: expected a number in [0, 0.1], got nan");
@@ -564,10 +564,9 @@ TEST(ScenarioTest, TheAngularFilterIsOffAndPartOfTheDualProxy) {
             "tiny.angular_filter.period: expected at least control_period "
             "(0.001 s), got 0.0001");
   dut.angular_filter.filter.update_thresholds.force_high = 0.01;
-  EXPECT_EQ(
-      InvalidArgument([&] { dut.Validate(); }),
-      "tiny.angular_filter.update_thresholds.force_high: expected a value "
-      "> force_low, got 0.01");
+  EXPECT_EQ(InvalidArgument([&] { dut.Validate(); }),
+            "tiny.angular_filter.update_thresholds.force_high: expected a "
+            "finite value > force_low = 0.08, got 0.01");
 }
 
 TEST(ScenarioTest, ReachableIsOverTheTableAndWithinTheDevicesWorkspace) {

@@ -387,8 +387,9 @@ TEST(ContactHistoryParamsTest, ErrorsNameFieldRangeAndValue) {
          who + "`cell_size` expected a number in [0.0001, 1], got 1e-05");
   expect({.capacity = 0},
          who + "`capacity` expected a number in [1, 1e+06], got 0");
-  expect({.radius = 0.05},
-         who + "`radius` expected a number in [0, 0.04], got 0.05");
+  expect(
+      {.radius = 0.05},
+      who + "`radius` expected a number in [0, 2 cell_size = 0.04], got 0.05");
   expect({.merge_angle = 0}, who + "`merge_angle` expected");
   expect({.min_age = -1}, who + "`min_age` expected");
   expect({.std_base = 0}, who + "`std_base` expected");

@@ -481,32 +481,35 @@ TEST(ForceSpaceParticleFilterParamsTest, ErrorsNameFieldRangeAndValue) {
             who + "`alpha_add` expected a number in (0, 1), got 1");
   EXPECT_EQ(
       error([](Params* p) { p->alpha_remove = 0.6; }),
-      who + "`alpha_remove` expected a number in (0, alpha_add], got 0.6");
+      who +
+          "`alpha_remove` expected a number in (0, alpha_add = 0.5], got 0.6");
   EXPECT_EQ(error([](Params* p) { p->epsilon = 0; }),
             who + "`epsilon` expected a number in [1e-12, 0.1], got 0");
   EXPECT_EQ(error([](Params* p) { p->prior_particles = -1; }),
             who + "`prior_particles` expected a number in [0, 100000], got -1");
-  EXPECT_EQ(
-      error([](Params* p) { p->update_thresholds.force_high = 3; }),
-      who_thresholds + "`force_high` expected a value > force_low, got 3");
+  EXPECT_EQ(error([](Params* p) { p->update_thresholds.force_high = 3; }),
+            who_thresholds +
+                "`force_high` expected a finite value > force_low = 3, got 3");
   EXPECT_EQ(
       error([](Params* p) { p->resampling_thresholds.velocity_low = 0.02; }),
       who_thresholds +
-          "`velocity_high` expected a value > velocity_low, got 0.01");
+          "`velocity_high` expected a finite value > velocity_low = 0.02, got "
+          "0.01");
   EXPECT_EQ(
       error([](Params* p) { p->update_thresholds.velocity_low = -1; }),
       who_thresholds + "`velocity_low` expected a finite value >= 0, got -1");
   EXPECT_EQ(
       error([](Params* p) { p->likelihood = static_cast<Likelihood>(9); }),
-      who + "`likelihood` expected one of Likelihood, got 9");
+      who + "`likelihood` expected one of \"paper\", \"friction_cone\", got 9");
   EXPECT_EQ(error([](Params* p) { p->prior_std = 4; }),
             who + "`prior_std` expected a number in (0, pi], got 4");
   const std::string who_cone = "FrictionConeParams: field ";
   EXPECT_EQ(error([](Params* p) { p->friction_cone.evidence = 0; }),
             who_cone + "`evidence` expected a finite value > 0, got 0");
-  EXPECT_EQ(
-      error([](Params* p) { p->friction_cone.loss_force = 0.6; }),
-      who_cone + "`loss_force` expected a value < contact_force, got 0.6");
+  EXPECT_EQ(error([](Params* p) { p->friction_cone.loss_force = 0.6; }),
+            who_cone +
+                "`loss_force` expected a number in [0, contact_force = 0.6), "
+                "got 0.6");
   EXPECT_EQ(error([](Params* p) { p->friction_cone.curvature = -1; }),
             who_cone + "`curvature` expected a finite value >= 0, got -1");
 }

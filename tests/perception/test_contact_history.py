@@ -110,5 +110,5 @@ def test_params():
     params = dp.ContactHistoryParams(radius=0.03, capacity=9)
     assert pickle.loads(pickle.dumps(params)) == params
     assert dp.ContactHistory(params).params == params
-    with pytest.raises(ValueError, match=r"radius.* \[0, 0.04\], got 0.05"):
+    with pytest.raises(ValueError, match=r"radius.*2 cell_size = 0.04\], got 0.05"):
         dp.ContactHistoryParams(radius=0.05)

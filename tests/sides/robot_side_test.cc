@@ -329,8 +329,8 @@ TEST_F(RobotSideTest, ParamsAreCheckedTogether) {
   params = {};
   params.filter_period = 0.0001;
   EXPECT_EQ(ValidationError(params),
-            "RobotSideParams: field `filter_period` expected at least the "
-            "control period, got 0.0001");
+            "RobotSideParams: field `filter_period` expected a finite value >= "
+            "proxy.period = 0.001, got 0.0001");
   params = {};
   params.angular_filter_period = 0.0001;
   EXPECT_EQ(ValidationError(params),

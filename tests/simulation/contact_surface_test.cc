@@ -171,11 +171,12 @@ TEST(ContactSurfaceTest, ErrorsNameFieldRangeAndValue) {
   Params params;
   params.half_size.y() = 0;
   EXPECT_EQ(ValidationError(params),
-            who + "half_size` expected a finite value > 0, got 0");
+            who + "half_size[1]` expected a finite value > 0, got 0");
   params = {};
   params.shape = static_cast<SurfaceShape>(5);
-  EXPECT_EQ(ValidationError(params),
-            who + "shape` expected a SurfaceShape, got 5");
+  EXPECT_EQ(
+      ValidationError(params),
+      who + "shape` expected one of \"plane\", \"cylinder\", \"box\", got 5");
   params = {};
   params.rotation *= 2;
   EXPECT_NE(ValidationError(params).find("`rotation` expected a rotation"),

@@ -201,7 +201,7 @@ TEST_F(ForceTorqueSensorTest, ErrorsNameFieldRangeAndValue) {
   params = {};
   params.tare_time = 0;
   EXPECT_EQ(ValidationError(params),
-            "ForceTorqueAdapterParams: field `tare_time` expected a number in "
+            "ForceTorqueSensorParams: field `tare_time` expected a number in "
             "(0, 10], got 0");
 }
 
