@@ -24,6 +24,7 @@ build: $(READY)  ## Build and install into .venv, with the C++ tests
 	CMAKE_BUILD_PARALLEL_LEVEL=$(JOBS) $(BIN)/pip install --quiet \
 	  --no-build-isolation --no-deps -Cbuild-dir=build \
 	  -Ccmake.define.DUAL_PROXY_BUILD_TESTS=ON $(WARNINGS) .
+	@ln -sf build/compile_commands.json compile_commands.json  # For editors.
 
 $(READY): pyproject.toml constraints.txt
 	cmake/install_debian_packages
@@ -57,6 +58,7 @@ figures: build  ## Print the tables of README and docs, draw the README's pictur
 	$(BIN)/python benchmarks/plane.py --picture docs/images/plane.png
 	$(BIN)/python benchmarks/law.py --page docs/notes_on_the_paper.md
 	$(BIN)/python benchmarks/loop_cost.py --page docs/benchmarks.md
+	$(BIN)/dual-proxy bench engine --page docs/benchmarks.md
 	$(BIN)/dual-proxy bench filter --page docs/benchmarks.md
 	$(BIN)/python benchmarks/filter_rates.py --page docs/benchmarks.md
 	$(BIN)/python benchmarks/filter_choices.py --page docs/filter.md

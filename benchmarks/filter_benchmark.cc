@@ -11,11 +11,8 @@
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <map>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,11 +20,11 @@
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/perception/force_space_particle_filter.h"
 #include "textbook_filter.h"
+#include "timing.h"
 
 namespace dual_proxy {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using Eigen::Vector3d;
 
 struct Inputs {
@@ -66,20 +63,6 @@ std::vector<Inputs> MakeInputs(const Inputs& mean) {
   return result;
 }
 
-/** About 5 us of multiplications and additions, each waiting for the last. */
-double Yardstick(double x) {
-  for (int i = 0; i < 2000; ++i) x = x * 0.999 + 0.001;
-  return x;
-}
-
-/** Seconds that `run` takes. */
-template <typename Run>
-double Time(const Run& run) {
-  const Clock::time_point begin = Clock::now();
-  run();
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
 /** Median of the textbook's updates in yardsticks, by case and particles. */
 std::map<std::pair<std::string, int>, double>& TextbookCosts() {
   static std::map<std::pair<std::string, int>, double> costs;
@@ -98,34 +81,10 @@ double Measure(const Case& situation, const Update& update,
   }
   for (int i = 0; i < 10; ++i) update(landing);
   for (std::size_t i = 0; i < 10; ++i) update(inputs[i]);
-  std::vector<double> times;
-  std::vector<double> yardsticks;
-  double x = 0.5;
   std::size_t next = 0;
-  while (state->KeepRunning()) {
-    const double seconds = Time([&] {
-      for (int i = 0; i < situation.batch; ++i) {
-        update(inputs[next++ % kNumInputs]);
-      }
-    });
-    state->SetIterationTime(seconds);
-    times.push_back(1e6 * seconds / situation.batch);
-    yardsticks.push_back(
-        1e6 * Time([&x] { benchmark::DoNotOptimize(x = Yardstick(x)); }));
-  }
-  std::sort(times.begin(), times.end());
-  std::sort(yardsticks.begin(), yardsticks.end());
-  const auto count = static_cast<double>(times.size());
-  const double median = times[times.size() / 2];
-  const double cost = median / yardsticks[times.size() / 2];
-  state->counters["mean_us"] =
-      std::accumulate(times.begin(), times.end(), 0.0) / count;
-  state->counters["median_us"] = median;
-  state->counters["p99_us"] =
-      times[static_cast<std::size_t>(0.99 * (count - 1))];
-  state->counters["max_us"] = times.back();
-  state->counters["yardsticks"] = cost;
-  return cost;
+  return MeasureCalls(
+      situation.batch, [] {}, [&] { update(inputs[next++ % kNumInputs]); },
+      state);
 }
 
 void RunTextbook(benchmark::State& state, const Case& situation,

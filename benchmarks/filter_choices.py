@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pages import fill_page, markdown_table
 
 import dual_proxy as dp
 from dual_proxy.bench.filter import FULL, LATE_MS, worker_pool
+from dual_proxy.bench.pages import fill_page, markdown_table
 
 RATE = 100.0
 

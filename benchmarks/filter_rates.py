@@ -21,9 +21,9 @@ from pathlib import Path
 
 import numpy as np
 from law import lowered
-from pages import fill_page, markdown_table
 
 import dual_proxy as dp
+from dual_proxy.bench.pages import fill_page, markdown_table
 from dual_proxy.log import signal
 
 RATES = (15, 60, 100, 200, 500)

@@ -25,7 +25,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pages import fill_page, markdown_table
+from dual_proxy.bench.pages import fill_page, markdown_table
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pages import fill_page, markdown_table
 
 import dual_proxy as dp
+from dual_proxy.bench.pages import fill_page, markdown_table
 from dual_proxy.panda import PandaModel
 
 PRINTED = {"law": "printed"}

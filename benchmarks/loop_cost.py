@@ -3,12 +3,13 @@
 
 python benchmarks/loop_cost.py [--repeats N] [--page docs/benchmarks.md]
 
-Simulates scene `plane` while the tool presses and slides, with the LeafSystems
-written in Python and, where this build has them, with those in C++; and the
-same motion of the plant alone, driven by the logged torques. Prints Markdown:
-microseconds of wall clock per simulated millisecond, of the loop alone (both
-sides, link, filter, sensor, device) and with the log of all signals. They take
-turns, in short pieces of the same simulated time, as a machine's speed drifts.
+Simulates scene `plane` while the tool presses and slides, with the loop fused
+into one system and with separate systems, written in Python and, where this
+build has them, in C++; with the bare engine; and the same motion of the plant
+alone, driven by the logged torques. Prints Markdown: microseconds of processor time
+per simulated millisecond, of the loop alone (both sides, link, filter, sensor,
+device) and with the log of all signals and true contacts. They take turns, in
+short pieces of the same simulated time, as a machine's speed drifts.
 """
 
 from __future__ import annotations
@@ -16,32 +17,36 @@ from __future__ import annotations
 import argparse
 import os
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pages import fill_page
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 import dual_proxy as dp
+from dual_proxy.bare import BareStation
+from dual_proxy.bench.pages import fill_page
 from dual_proxy.log import signal
 from dual_proxy.panda import add_panda_scene
 from dual_proxy.station import Station, build_station
 
 # Simulated time that is measured, s: the tool presses and slides.
 BEGIN, END, PIECE = 6.0, 10.0, 0.25
+WIRINGS = {"fused": "loop as one system", "systems": "separate systems"}
+BARE = "bare engine, with its plant and log"
 
 
-def make_station(faces: str, logged: bool) -> Station:
+def make_station(faces: str, wiring: str, logged: bool) -> Station:
     """Builds scene `plane` with LeafSystems of one kind, `python` or `native`."""
     before = os.environ.get("DUAL_PROXY_FACES")
     os.environ["DUAL_PROXY_FACES"] = faces
     try:
-        return build_station(dp.load_scenario("plane"), logged=logged)
+        scenario = dp.load_scenario("plane")
+        return build_station(scenario, logged=logged, wiring=wiring)
     finally:
         del os.environ["DUAL_PROXY_FACES"]
         if before is not None:
@@ -93,10 +98,20 @@ def measure(
     plant: Plant, stations: dict[str, Station], repeats: int
 ) -> dict[str, list[float]]:
     """Returns the cost of each, us per simulated ms, one value per piece."""
+    scenario = dp.load_scenario("plane")
     simulators = {"plant": plant.simulator}
     simulators |= {kind: station.simulator for kind, station in stations.items()}
-    costs: dict[str, list[float]] = {name: [] for name in simulators}
+    costs: dict[str, list[float]] = {name: [] for name in (*simulators, BARE)}
+
+    def time_piece(name: str, advance: Callable[[float], Any], end: float) -> None:
+        began = clock.process_time()
+        advance(end)
+        cost = clock.process_time() - began
+        costs[name].append(1e6 * cost / (1e3 * PIECE))
+
     for _ in range(repeats):
+        bare = BareStation(scenario, END + PIECE)
+        bare.advance_to(BEGIN)
         for simulator in simulators.values():
             context: Any = simulator.get_system().CreateDefaultContext()
             simulator.reset_context(context)
@@ -107,10 +122,8 @@ def measure(
         for end in np.arange(BEGIN + PIECE, END + PIECE / 2, PIECE).tolist():
             plant.follow(end - PIECE)
             for name, simulator in simulators.items():
-                began = clock.perf_counter()
-                simulator.AdvanceTo(end)
-                cost = clock.perf_counter() - began
-                costs[name].append(1e6 * cost / (1e3 * PIECE))
+                time_piece(name, simulator.AdvanceTo, end)
+            time_piece(BARE, bare.advance_to, end)
     return costs
 
 
@@ -120,33 +133,36 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--page", type=Path)
     options = parser.parse_args(arguments)
-    recorded = make_station("python", logged=True)
+    recorded = make_station("python", "fused", logged=True)
     recorded.advance_to(END + PIECE)
     names = {"python": "Python"}
     if dp.native_available():
         names["native"] = "C++"
     stations = {
-        f"loop, LeafSystems in {name}{', and log' if logged else ''}": make_station(
-            faces, logged
+        f"{WIRINGS[wiring]} in {name}{', and log' if logged else ''}": make_station(
+            faces, wiring, logged
         )
         for faces, name in names.items()
+        for wiring in WIRINGS
         for logged in (False, True)
     }
     costs = measure(Plant(recorded), stations, options.repeats)
     plant = np.array(costs["plant"])
-    over = {name: np.array(costs[name]) - plant for name in stations}
     lines = [
-        "| | us per simulated ms | over the plant: median (5, 95 %) | of Python |",
+        "| | us per simulated ms | over the plant: median (5, 95 %) | x real time |",
         "| --- | --- | --- | --- |",
-        f"| plant alone, in contact | {np.median(plant):.1f} | | |",
+        f"| plant alone, in contact | {np.median(plant):.1f} | | "
+        f"{1e3 / np.median(plant):.1f} |",
     ]
-    for name, values in over.items():
-        low, middle, high = np.percentile(values, [5, 50, 95])
-        in_python = np.median(over[name.replace("C++", "Python")])
+    for name in stations:
+        low, middle, high = np.percentile(np.array(costs[name]) - plant, [5, 50, 95])
         lines.append(
             f"| {name} | {np.median(costs[name]):.1f} | "
-            f"{middle:.1f} ({low:.1f}, {high:.1f}) | {middle / in_python:.3f} |"
+            f"{middle:.1f} ({low:.1f}, {high:.1f}) | "
+            f"{1e3 / np.median(costs[name]):.1f} |"
         )
+    bare = np.median(costs[BARE])
+    lines.append(f"| {BARE} | {bare:.1f} | | {1e3 / bare:.1f} |")
     table = "\n".join(lines)
     print(table)
     if options.page:

@@ -121,19 +121,18 @@ void BindMetrics(py::module_& m) {
       "_compute_metrics",
       [](Eigen::VectorXd time, const Signals& signals,
          std::optional<const RunLogStore*> store, const WorkspaceMapParams& map,
-         double delay, bool has_filter, double control_period,
+         double delay, double control_period,
          std::optional<double> recording_scale, std::optional<double> wall_s) {
         return ComputeMetrics(MakeRunLog(std::move(time), signals, store),
                               {.map = map,
                                .delay = delay,
-                               .has_filter = has_filter,
                                .control_period = control_period,
                                .recording_scale = recording_scale},
                               wall_s);
       },
       py::arg("time"), py::arg("signals"), py::arg("store"), py::arg("map"),
-      py::arg("delay"), py::arg("has_filter"), py::arg("control_period"),
-      py::arg("recording_scale"), py::arg("wall_s"),
+      py::arg("delay"), py::arg("control_period"), py::arg("recording_scale"),
+      py::arg("wall_s"),
       "[(key, value)] of every metric, in order.\n\n"
       "time: (n,), s. signals: [(name, (n,) or (n, size))]. store: what they "
       "are in, or None.");
@@ -195,7 +194,7 @@ void BindRunLogStore(py::module_& m) {
       PyErr_SetObject(PyExc_OSError, arguments.ptr());
     }
   });
-  py::class_<RunLogStore>(
+  py::class_<RunLogStore, std::shared_ptr<RunLogStore>>(
       m, "_RunLogStore",
       "Takes the rows of a log while they are made; see the C++ header.")
       .def(py::init<int, Eigen::Index>(), py::arg("num_columns"),

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <string>
 
 #include <pybind11/native_enum.h>
@@ -7,6 +8,7 @@
 #include "dual_proxy/link/link_monitor.h"
 #include "dual_proxy/link/message.h"
 #include "dual_proxy/link/pose_sender.h"
+#include "messages.h"
 #include "params.h"
 
 namespace dual_proxy {
@@ -60,6 +62,55 @@ void BindMessages(py::module_& m) {
             return Pose{Vec3(values[0], "p"), Mat3(values[1], "R")};
           }));
 
+  auto any = BindState<Message>(
+      m, "Message",
+      "What travels over the link, whatever the scheme: a header and up to 32 "
+      "numbers, whose\nmeaning the tag tells.");
+  any.def(py::init<>())
+      .def_readwrite("tag", &Message::tag, "What it holds; 0: nothing.")
+      .def_readwrite("sequence", &Message::sequence,
+                     "0, 1, 2, ...; -1: nothing has come yet.")
+      .def_readwrite("send_time", &Message::send_time, "Sender's clock, s.")
+      .def_property(
+          "body",
+          [](const Message& self) {
+            return AsReadOnlyArray(
+                Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(
+                    self.body.data(), self.size)));
+          },
+          [](Message& self, const py::object& value) {
+            const auto body = AsArray(value, "body", "(n,)");
+            if (body.ndim() != 1 || body.size() > Message::kMaxSize) {
+              ThrowShape("body", "(n,), n <= 32", body);
+            }
+            self.size = static_cast<std::int32_t>(body.size());
+            std::copy_n(body.data(), self.size, self.body.begin());
+          },
+          "Its numbers, (n,), n <= 32.")
+      .def(
+          "describe", [](const Message& self) { return DescribeTag(self.tag); },
+          "What it holds, for people.")
+      .def("__repr__",
+           [](const Message& self) {
+             return "Message(" + DescribeTag(self.tag) +
+                    ", sequence=" + std::to_string(self.sequence) + ")";
+           })
+      .def(py::pickle(
+          [](const py::object& self) {
+            return py::make_tuple(self.attr("tag"), self.attr("sequence"),
+                                  self.attr("send_time"), self.attr("body"));
+          },
+          [](const py::tuple& values) {
+            Message message;
+            const py::object self =
+                py::cast(&message, py::return_value_policy::reference);
+            self.attr("tag") = values[0];
+            self.attr("sequence") = values[1];
+            self.attr("send_time") = values[2];
+            self.attr("body") = values[3];
+            return message;
+          }));
+
   using PM = PoseMessage;
   auto message = BindState<PM>(
       m, "PoseMessage",
@@ -106,6 +157,11 @@ void BindMessages(py::module_& m) {
                                 values[1].cast<double>(),
                                 values[2].cast<Pose>(), values[3], values[4]);
           }));
+  message.attr("TAG") = PM::kTag;
+  message.def_static(
+      "from_message", [](const Message& self) { return FromMessage<PM>(self); },
+      py::arg("message"),
+      "The content of a Message; of another kind it is not valid.");
   DefArray(&message, "force_selection", &PM::force_selection,
            "Omega_f, (3, 3), orthogonal projection, in B.");
   DefArray(&message, "moment_selection", &PM::moment_selection,
@@ -147,6 +203,7 @@ void BindMessages(py::module_& m) {
             return make_force(values[0].cast<std::int64_t>(),
                               values[1].cast<double>(), values[2]);
           }));
+  force.attr("TAG") = FM::kTag;
   DefArray(&force, "force", &FM::force,
            "Robot on its environment, (3,), N, in B.");
 }
@@ -209,14 +266,15 @@ void BindSenders(py::module_& m) {
           "message.");
 }
 
-template <typename Message>
-void BindChannel(py::module_& m, const char* name, const char* state_name,
-                 const char* doc) {
+void BindChannel(py::module_& m) {
   using P = CommunicationChannelParams;
-  using Channel = CommunicationChannel<Message>;
-  using State = CommunicationChannelState<Message>;
+  using Channel = CommunicationChannel;
+  using State = CommunicationChannelState;
+  BindParams<P>(m, "CommunicationChannelParams",
+                "Parameters of a simulated link, one way.")
+      .Fields();
   BindState<State>(
-      m, state_name,
+      m, "CommunicationChannelState",
       "What is under way in a channel, its generator and counters.")
       .def_property_readonly(
           "in_flight", [](const State& self) { return self.in_flight.size(); },
@@ -227,22 +285,27 @@ void BindChannel(py::module_& m, const char* name, const char* state_name,
                     "Of these, pushed out of a full channel.")
       .def_readonly("refused", &State::refused,
                     "Messages refused because not finite.");
-  py::class_<Channel>(m, name, doc)
+  py::class_<Channel>(
+      m, "CommunicationChannel",
+      "A link with delay, jitter, loss and reordering, one way.")
       .def(py::init<const P&>(), py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<Channel>)
       .def("make_state", &Channel::MakeState, py::arg("seed") = 0,
            "An empty channel. The same seed gives the same bits.")
       .def(
           "send",
-          [](const Channel& self, double time, const Message& message,
-             State& state) { self.Send(time, message, &state); },
+          [](const Channel& self, double time, const py::object& message,
+             State& state) {
+            self.Send(time, MessageFromPython(message), &state);
+          },
           py::arg("time"), py::arg("message"), py::arg("state"),
-          "Offers the sender's newest message at `time` (s, not decreasing); "
-          "one that was offered\nbefore (by its sequence) is ignored.")
+          "Offers the sender's newest message (a Message, PoseMessage or "
+          "ForceMessage) at `time`\n(s, not decreasing); one that was offered "
+          "before (by its sequence) is ignored.")
       .def(
           "receive",
           [](const Channel& self, double time, const State& state) {
-            return Message(self.Receive(time, state));
+            return MessageToPython(self.Receive(time, state));
           },
           py::arg("time"), py::arg("state"),
           "The message that arrived last at `time` (s, not before the last "
@@ -300,17 +363,7 @@ void BindLinkMonitor(py::module_& m) {
 void BindLink(py::module_& m) {
   BindMessages(m);
   BindSenders(m);
-  using P = CommunicationChannelParams;
-  BindParams<P>(m, "CommunicationChannelParams",
-                "Parameters of a simulated link, one way.")
-      .Fields();
-  BindChannel<PoseMessage>(
-      m, "CommunicationChannel", "CommunicationChannelState",
-      "A link with delay, jitter, loss and reordering, one way, for "
-      "PoseMessages.");
-  BindChannel<ForceMessage>(m, "ForceCommunicationChannel",
-                            "ForceCommunicationChannelState",
-                            "The same link for ForceMessages.");
+  BindChannel(m);
   BindLinkMonitor(m);
 }
 

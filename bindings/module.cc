@@ -8,8 +8,9 @@ void BindProxy(pybind11::module_& m);
 void BindPerception(pybind11::module_& m);
 void BindControl(pybind11::module_& m);
 void BindSimulation(pybind11::module_& m);
-void BindBaselines(pybind11::module_& m);
+void BindSchemes(pybind11::module_& m);
 void BindSides(pybind11::module_& m);
+void BindLoop(pybind11::module_& m);
 void BindScenarios(pybind11::module_& m);
 void BindExperiment(pybind11::module_& m);
 void BindFilterTrial(pybind11::module_& m);
@@ -25,9 +26,10 @@ PYBIND11_MODULE(_core, m) {
   dual_proxy::BindPerception(m);
   dual_proxy::BindControl(m);
   dual_proxy::BindSimulation(m);
-  dual_proxy::BindBaselines(m);
+  dual_proxy::BindSchemes(m);
   dual_proxy::BindSides(m);
   dual_proxy::BindScenarios(m);
+  dual_proxy::BindLoop(m);
   dual_proxy::BindExperiment(m);
   dual_proxy::BindFilterTrial(m);
 }

@@ -19,11 +19,11 @@
 #include <drake/systems/framework/diagram_builder.h>
 #include <pybind11/stl.h>
 
-#include "dual_proxy/baselines/position_force_haptic_side_system.h"
 #include "dual_proxy/common/window_mean_system.h"
 #include "dual_proxy/control/arm_kinematics_system.h"
 #include "dual_proxy/control/haptic_controller_system.h"
 #include "dual_proxy/control/operational_space_controller_system.h"
+#include "dual_proxy/experiment/teleop_loop_params.h"
 #include "dual_proxy/link/communication_channel_system.h"
 #include "dual_proxy/link/pose_sender_system.h"
 #include "dual_proxy/perception/contact_history_system.h"
@@ -36,6 +36,8 @@
 #include "dual_proxy/simulation/simulated_haptic_device_system.h"
 #include "dual_proxy/station/contact_truth_system.h"
 #include "dual_proxy/station/sensor_reaction_system.h"
+#include "dual_proxy/station/teleop_loop_system.h"
+#include "messages.h"
 #include "params.h"
 
 namespace dual_proxy {
@@ -113,10 +115,8 @@ void SetValue(AbstractValue* abstract, const T& value) {
 }
 
 void SetFromPython(AbstractValue* abstract, const py::object& value) {
-  if (py::isinstance<PoseMessage>(value)) {
-    SetValue(abstract, value.cast<PoseMessage>());
-  } else if (py::isinstance<ForceMessage>(value)) {
-    SetValue(abstract, value.cast<ForceMessage>());
+  if (IsMessage(value)) {
+    SetValue(abstract, MessageFromPython(value));
   } else {
     SetValue(abstract, value.cast<Matrix3Xd>());
   }
@@ -124,11 +124,8 @@ void SetFromPython(AbstractValue* abstract, const py::object& value) {
 
 // @throws TypeError for a type that SetFromPython() does not make.
 py::object GetForPython(const AbstractValue& abstract) {
-  if (const auto* pose = abstract.maybe_get_value<PoseMessage>()) {
-    return py::cast(*pose);
-  }
-  if (const auto* force = abstract.maybe_get_value<ForceMessage>()) {
-    return py::cast(*force);
+  if (const auto* message = abstract.maybe_get_value<Message>()) {
+    return MessageToPython(*message);
   }
   if (const auto* normals = abstract.maybe_get_value<Matrix3Xd>()) {
     return py::cast(*normals);
@@ -187,7 +184,7 @@ PYBIND11_MODULE(_native, m) {
         SetFromPython(FromPydrake<AbstractValue>(abstract, "abstract"), value);
       },
       py::arg("abstract"), py::arg("value"),
-      "Puts a PoseMessage, a ForceMessage or a (3, k) array into a pydrake "
+      "Puts a message or a (3, k) array into a pydrake "
       "AbstractValue of\nthe C++ type.");
   m.def(
       "get_value",
@@ -199,10 +196,8 @@ PYBIND11_MODULE(_native, m) {
       "add_prototype",
       [](const py::object& builder, const std::string& name,
          const py::object& value) {
-        if (py::isinstance<PoseMessage>(value)) {
-          Add<Prototype<PoseMessage>>(builder, name);
-        } else if (py::isinstance<ForceMessage>(value)) {
-          Add<Prototype<ForceMessage>>(builder, name);
+        if (IsMessage(value)) {
+          Add<Prototype<Message>>(builder, name);
         } else {
           Add<Prototype<Matrix3Xd>>(builder, name);
         }
@@ -217,29 +212,15 @@ PYBIND11_MODULE(_native, m) {
                                                           "HapticController");
   AddFace<ContactHistorySystem, ContactHistoryParams>(m, "ContactHistory");
   m.def(
-      "add_PositionForceHapticSide",
-      [](const py::object& builder, const std::string& name,
-         const PositionForceHapticSideParams& params, double period) {
-        Add<PositionForceHapticSideSystem>(builder, name, params, period);
-      },
-      py::arg("builder"), py::arg("name"), py::arg("params"),
-      py::arg("period"));
-  m.def(
       "add_CommunicationChannel",
       [](const py::object& builder, const std::string& name,
          const CommunicationChannelParams& params, std::uint64_t seed,
-         double rate, double period, const py::object& message, bool counted) {
-        if (py::isinstance<ForceMessage>(message)) {
-          Add<CommunicationChannelSystem<ForceMessage>>(
-              builder, name, params, seed, rate, period, counted);
-        } else {
-          Add<CommunicationChannelSystem<PoseMessage>>(
-              builder, name, params, seed, rate, period, counted);
-        }
+         double rate, double period, MessageTag tag, bool counted) {
+        Add<CommunicationChannelSystem>(builder, name, params, seed, rate,
+                                        period, counted, tag);
       },
       py::arg("builder"), py::arg("name"), py::arg("params"), py::arg("seed"),
-      py::arg("rate"), py::arg("period"), py::arg("message"),
-      py::arg("counted"));
+      py::arg("rate"), py::arg("period"), py::arg("tag"), py::arg("counted"));
   m.def(
       "add_ForceSpaceParticleFilter",
       [](const py::object& builder, const std::string& name,
@@ -293,7 +274,8 @@ PYBIND11_MODULE(_native, m) {
          const RobotSideParams& params, const ArmModelParams& arm,
          const std::optional<py::object>& q_start,
          const std::optional<ForceTorqueSensorParams>& sensor,
-         const py::object& p_SE, std::uint64_t seed) {
+         const py::object& p_SE, std::uint64_t seed, std::uint64_t filter_seed,
+         std::uint64_t angular_filter_seed) {
         std::optional<Vector7> q;
         if (q_start) q = AsFixed<Vector7>(*q_start, "q_start");
         std::optional<RobotSideSensor> simulated;
@@ -302,10 +284,25 @@ PYBIND11_MODULE(_native, m) {
                        .p_SE = AsFixed<Vector3d>(p_SE, "p_SE"),
                        .seed = seed};
         }
-        Add<RobotSideSystem>(builder, name, params, arm, q, simulated);
+        Add<RobotSideSystem>(builder, name, params, arm, q, simulated,
+                             RobotSideSeeds{filter_seed, angular_filter_seed});
       },
       py::arg("builder"), py::arg("name"), py::arg("params"), py::arg("arm"),
-      py::arg("q_start"), py::arg("sensor"), py::arg("p_SE"), py::arg("seed"));
+      py::arg("q_start"), py::arg("sensor"), py::arg("p_SE"), py::arg("seed"),
+      py::arg("filter_seed"), py::arg("angular_filter_seed"));
+  m.def(
+      "add_TeleopLoop",
+      [](const py::object& builder, const std::string& name,
+         const Scenario& scenario, const ArmModelParams& arm, int sensor_joint,
+         const std::optional<py::object>& q_start) {
+        std::optional<Vector7> q;
+        if (q_start) q = AsFixed<Vector7>(*q_start, "q_start");
+        Add<TeleopLoopSystem>(builder, name,
+                              MakeTeleopLoopParams(scenario, arm),
+                              drake::multibody::JointIndex(sensor_joint), q);
+      },
+      py::arg("builder"), py::arg("name"), py::arg("scenario"), py::arg("arm"),
+      py::arg("sensor_joint"), py::arg("q_start"));
   m.def(
       "add_HapticSide",
       [](const py::object& builder, const std::string& name,

@@ -6,6 +6,7 @@
 #include "dual_proxy/proxy/virtual_spring.h"
 #include "dual_proxy/proxy/workspace_limits.h"
 #include "dual_proxy/proxy/workspace_map.h"
+#include "messages.h"
 #include "params.h"
 
 namespace dual_proxy {
@@ -243,15 +244,15 @@ void BindRobotSideProxy(py::module_& m) {
       .def("make_state", &RobotSideProxy::MakeState)
       .def(
           "update",
-          [](const RobotSideProxy& self, double time,
-             const PoseMessage& message, const py::object& robot_position,
-             const py::object& robot_rotation,
+          [](const RobotSideProxy& self, double time, const py::object& message,
+             const py::object& robot_position, const py::object& robot_rotation,
              const py::object& force_selection,
              const py::object& moment_selection,
              const py::object& sensed_wrench, S& state, bool sensor_ready) {
             RobotSideProxyInput input;
             input.sensor_ready = sensor_ready;
-            input.message = message;
+            input.message =
+                FromMessage<PoseMessage>(MessageFromPython(message));
             input.X_BE = {Vec3(robot_position, "robot_position"),
                           Mat3(robot_rotation, "robot_rotation")};
             input.force_selection = Mat3(force_selection, "force_selection");
@@ -270,7 +271,8 @@ void BindRobotSideProxy(py::module_& m) {
           py::arg("moment_selection"), py::arg("sensed_wrench"),
           py::arg("state"), py::arg("sensor_ready") = true,
           "Advances by one period; the outputs are in `state.output`. time: s; "
-          "message: PoseMessage;\nrobot pose (3,), m, and (3, 3); selections "
+          "message: PoseMessage, or a Message with one;\nrobot pose (3,), m, "
+          "and (3, 3); selections "
           "(3, 3); sensed_wrench: (6,) [force; moment], N, N m,\nor None (no "
           "bumpless hand-over). In B.");
 }
@@ -312,10 +314,10 @@ void BindHapticSideProxy(py::module_& m) {
       .def(
           "update",
           [](const HapticSideProxy& self, double time,
-             const PoseMessage& message, const py::object& device_position,
+             const py::object& message, const py::object& device_position,
              const py::object& device_rotation, S& state) {
             self.Update(time,
-                        {message,
+                        {FromMessage<PoseMessage>(MessageFromPython(message)),
                          {Vec3(device_position, "device_position"),
                           Mat3(device_rotation, "device_rotation")}},
                         &state);
@@ -323,7 +325,8 @@ void BindHapticSideProxy(py::module_& m) {
           py::arg("time"), py::arg("message"), py::arg("device_position"),
           py::arg("device_rotation"), py::arg("state"),
           "Advances by one period; the outputs are in `state.output`. time: s; "
-          "message: PoseMessage;\ndevice pose (3,), m, from home, and (3, 3), "
+          "message: PoseMessage, or a Message with one;\ndevice pose (3,), m, "
+          "from home, and (3, 3), "
           "in D.");
 }
 

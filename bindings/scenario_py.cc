@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/experiment/panda_scene_params.h"
 #include "dual_proxy/experiment/scenario.h"
+#include "dual_proxy/experiment/teleop_loop_params.h"
 #include "mapping.h"
 #include "params.h"
 
@@ -53,13 +54,6 @@ void BindLinkAndOperator(py::module_& m) {
 }
 
 void BindScenario(py::module_& m) {
-  using A = AngularFilterParams;
-  BindParams<A>(m, "AngularFilterParams",
-                "The angular filter: a force-space particle filter of moments "
-                "and angular\nvelocity. In a scenario the keys of `filter` "
-                "stand directly in `angular_filter`.")
-      .Fields();
-
   using S = Scenario;
   // The defaults alone are no valid scenario: they have no waypoints.
   BindParams<S> scenario(
@@ -127,6 +121,19 @@ void BindScenario(py::module_& m) {
           "The seed of a stream of random numbers, from `seed`: of the "
           "\"filter\", the \"sensor\", the\nchannels \"to_robot\" and "
           "\"to_device\", the \"angular_filter\".")
+      .def_property_readonly(
+          "uses_selections",
+          [](const S& self) { return UsesSelections(self.scheme); },
+          "Whether the scheme has use for what perception finds.")
+      .def("robot_side_params", &MakeRobotSideParams,
+           "RobotSideParams of this scenario.")
+      .def("haptic_side_params", &MakeHapticSideParams,
+           "HapticSideParams of this scenario.")
+      .def(
+          "handle_path",
+          [](const S& self) { return OperatorPath(CalcHandlePath(self)); },
+          "OperatorPath: where the operator means the handle to go, in D. "
+          "Raises ScenarioError\nif a recording cannot be read.")
       .def_property_readonly(
           "has_angular_filter", &S::has_angular_filter,
           "Whether the angular filter runs: it is enabled, and the scheme has "

@@ -10,6 +10,7 @@
 #include "dual_proxy/simulation/haptic_device.h"
 #include "dual_proxy/simulation/operator.h"
 #include "dual_proxy/simulation/point_robot.h"
+#include "dual_proxy/simulation/simulated_arm.h"
 #include "force_torque_adapter.h"
 #include "params.h"
 
@@ -300,6 +301,18 @@ void BindContact(py::module_& m) {
             return self.normal_forces.head(self.count);
           },
           "(count,), N.");
+  m.def(
+      "_single_contact_truth",
+      [](const py::object& force, const py::object& normal, bool on_tool) {
+        ContactTruth truth;
+        const Eigen::Vector3d f = Vec3(force, "force");
+        const Eigen::Vector3d n = Vec3(normal, "normal");
+        truth.Add(on_tool ? -f : f, on_tool ? n : -n);
+        return truth.ToVector();
+      },
+      py::arg("force"), py::arg("normal"), py::arg("on_tool"),
+      "`_ContactTruth.to_vector()` of one contact as Drake gives it: the force "
+      "on body B and the\nnormal from B to A, B being the tool or not.");
   py::class_<ContactTruth>(m, "_ContactTruth",
                            "What the tool really touches, from a simulator's "
                            "contacts; see the C++ header.")
@@ -376,6 +389,95 @@ void BindPointRobot(py::module_& m) {
           "Advances by one period under a force, (3,), N, in B.");
 }
 
+void BindSimulatedArm(py::module_& m) {
+  using Params = SimulatedArmParams;
+  using State = SimulatedArmState;
+  BindParams<Params>(m, "SimulatedArmParams",
+                     "Parameters of SimulatedArm. S is the wrist sensor's "
+                     "frame, whose axes are E's.")
+      .Field("period", &Params::period,
+             "s, > 0: the torque is held for it, default 0.001")
+      .Field("time_step", &Params::time_step,
+             "s, > 0, at least period / 1000: longest integration step, "
+             "default 0.001")
+      .ArrayField(
+          "p_EBall",
+          [](const Params& self) {
+            return ReadOnly(py::array(py::cast(self.p_EBall)));
+          },
+          [](Params* self, const py::object& value) {
+            self->p_EBall = Columns(value, "p_EBall");
+          },
+          "(3, n), m, in E, n from 1 to 4: centres of the balls that the tool "
+          "touches with, which share the surfaces' stiffness; default one in E")
+      .Field("p_SE", &Params::p_SE, "(3,), m, in S: tool point, default 0")
+      .Field("tool_mass", &Params::tool_mass,
+             "kg, >= 0: mass beyond the sensor, a part of the arm's last link, "
+             "default 0")
+      .Field("tool_com", &Params::tool_com,
+             "(3,), m, in S: centre of that mass, default 0")
+      .Field("tool_inertia", &Params::tool_inertia,
+             "(3, 3), kg m^2: of that mass about its centre, along the axes of "
+             "S, default 0");
+  BindState<State>(m, "SimulatedArmState",
+                   "Where the arm is and what it touches there.")
+      .def_property_readonly(
+          "q", [](const State& self) { return self.q; }, "(7,), rad.")
+      .def_property_readonly(
+          "v", [](const State& self) { return self.v; }, "(7,), rad/s.")
+      .def_property_readonly(
+          "pose", [](const State& self) { return self.X_BE; },
+          "Pose X_BE of the tool point.")
+      .def_property_readonly(
+          "velocity", [](const State& self) { return self.v_BE; },
+          "Twist of the tool point, (6,) [linear; angular], m/s and rad/s, in "
+          "B.")
+      .def_property_readonly(
+          "contact_truth",
+          [](const State& self) { return self.truth.ToVector(); },
+          "(11,), of the last step: force on the environment 3, N, normal 3, "
+          "dimension 1;\nmoment dimension 1, axis of free rotation 3. In B.")
+      .def_property_readonly(
+          "reaction", [](const State& self) { return self.reaction; },
+          "(6,) [force; moment] about the origin of S, N and N m, in S: of the "
+          "arm on the\ntool, in the last step.")
+      .def_readonly("bad_inputs", &State::bad_inputs,
+                    "Updates with a torque that was not finite.");
+  py::class_<SimulatedArm>(
+      m, "SimulatedArm",
+      "An arm that torques and gravity move and that touches surfaces with its "
+      "tool.")
+      .def(py::init<const Params&, const ArmModelParams&,
+                    const ContactSceneParams&>(),
+           py::arg("params"), py::arg("arm"),
+           py::arg("scene") = ContactSceneParams(),
+           "arm: with the tool as a part of its last link. scene: its "
+           "tool_radius is that\nof every ball.")
+      .def_property_readonly("params", &ParamsOf<SimulatedArm>)
+      .def_property_readonly(
+          "arm",
+          [](const SimulatedArm& self) { return ReadOnlyCopy(self.arm()); })
+      .def_property_readonly(
+          "scene",
+          [](const SimulatedArm& self) { return ReadOnlyCopy(self.scene()); })
+      .def(
+          "make_state",
+          [](const SimulatedArm& self, const py::object& q,
+             const py::object& v) {
+            return self.MakeState(AsFixed<Vector7>(q, "q"),
+                                  AsFixed<Vector7>(v, "v"));
+          },
+          py::arg("q"), py::arg("v") = Vector7(Vector7::Zero()),
+          "At joint positions q, (7,), rad, with velocities v, (7,), rad/s.")
+      .def(
+          "update",
+          [](const SimulatedArm& self, const py::object& torque, State* state) {
+            self.Update(AsFixed<Vector7>(torque, "torque"), state);
+          },
+          py::arg("torque"), py::arg("state").none(false),
+          "Advances by one period under joint torques, (7,), N m.");
+}
+
 }  // namespace
 
 void BindSimulation(py::module_& m) {
@@ -384,6 +486,7 @@ void BindSimulation(py::module_& m) {
   BindForceTorqueSensor(m);
   BindContact(m);
   BindPointRobot(m);
+  BindSimulatedArm(m);
 }
 
 }  // namespace dual_proxy

@@ -26,7 +26,7 @@ class PointRobot(LeafSystem):
 
     def __init__(self):
         super().__init__()
-        floor = dp.ContactSurfaceParams(shape="plane", position=[0.0, 0.0, 0.1])
+        floor = dp.ContactSurfaceParams(shape="half_space", position=[0.0, 0.0, 0.1])
         self.scene = dp.ContactScene(dp.ContactSceneParams(surfaces=[floor]))
         inputs = (("motion_error", 3), ("reference_force", 3), ("force_selection", 9))
         self.ports = [self.DeclareVectorInputPort(name, size) for name, size in inputs]

@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterMeans', 'AngularFilterParams', 'ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterMeans', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceCommunicationChannel', 'ForceCommunicationChannelState', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideOutput', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceHapticSide', 'PositionForceHapticSideParams', 'PositionForceHapticSideState', 'RobotSide', 'RobotSideOutput', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'Message', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -41,11 +41,70 @@ class Pose:
     @p.setter
     def p(self, arg1: typing.Any) -> None:
         ...
+class Message:
+    """
+    What travels over the link, whatever the scheme: a header and up to 32 numbers, whose
+    meaning the tag tells.
+    """
+    def __copy__(self) -> Message:
+        ...
+    def __deepcopy__(self, memo: dict) -> Message:
+        ...
+    def __getstate__(self) -> tuple[..., ..., ..., ...]:
+        ...
+    def __init__(self) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: tuple) -> None:
+        ...
+    def describe(self) -> str:
+        """
+        What it holds, for people.
+        """
+    @property
+    def body(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Its numbers, (n,), n <= 32.
+        """
+    @body.setter
+    def body(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def send_time(self) -> float:
+        """
+        Sender's clock, s.
+        """
+    @send_time.setter
+    def send_time(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def sequence(self) -> int:
+        """
+        0, 1, 2, ...; -1: nothing has come yet.
+        """
+    @sequence.setter
+    def sequence(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def tag(self) -> int:
+        """
+        What it holds; 0: nothing.
+        """
+    @tag.setter
+    def tag(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
 class PoseMessage:
     """
     What the dual proxy sends over the link, in both directions: a pose and the selections
     of force and moment space (which stay zero from the haptic side).
     """
+    TAG: typing.ClassVar[int] = 2028461956
+    @staticmethod
+    def from_message(message: Message) -> PoseMessage:
+        """
+        The content of a Message; of another kind it is not valid.
+        """
     def __copy__(self) -> PoseMessage:
         ...
     def __deepcopy__(self, memo: dict) -> PoseMessage:
@@ -106,6 +165,7 @@ class ForceMessage:
     """
     What the two-channel baseline sends from the robot to the device.
     """
+    TAG: typing.ClassVar[int] = 2041153668
     def __copy__(self) -> ForceMessage:
         ...
     def __deepcopy__(self, memo: dict) -> ForceMessage:
@@ -361,7 +421,7 @@ class CommunicationChannelState:
         """
 class CommunicationChannel:
     """
-    A link with delay, jitter, loss and reordering, one way, for PoseMessages.
+    A link with delay, jitter, loss and reordering, one way.
     """
     def __init__(self, params: CommunicationChannelParams = ...) -> None:
         ...
@@ -369,69 +429,14 @@ class CommunicationChannel:
         """
         An empty channel. The same seed gives the same bits.
         """
-    def receive(self, time: typing.SupportsFloat | typing.SupportsIndex, state: CommunicationChannelState) -> PoseMessage:
+    def receive(self, time: typing.SupportsFloat | typing.SupportsIndex, state: CommunicationChannelState) -> typing.Any:
         """
         The message that arrived last at `time` (s, not before the last send), or the empty one.
         """
-    def send(self, time: typing.SupportsFloat | typing.SupportsIndex, message: PoseMessage, state: CommunicationChannelState) -> None:
+    def send(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, state: CommunicationChannelState) -> None:
         """
-        Offers the sender's newest message at `time` (s, not decreasing); one that was offered
-        before (by its sequence) is ignored.
-        """
-    @property
-    def params(self) -> CommunicationChannelParams:
-        ...
-class ForceCommunicationChannelState:
-    """
-    What is under way in a channel, its generator and counters.
-    """
-    def __copy__(self) -> ForceCommunicationChannelState:
-        ...
-    def __deepcopy__(self, memo: dict) -> ForceCommunicationChannelState:
-        ...
-    @property
-    def in_flight(self) -> int:
-        """
-        Messages under way, as of the last send().
-        """
-    @property
-    def lost(self) -> int:
-        """
-        Of these, lost on the way.
-        """
-    @property
-    def overflow(self) -> int:
-        """
-        Of these, pushed out of a full channel.
-        """
-    @property
-    def refused(self) -> int:
-        """
-        Messages refused because not finite.
-        """
-    @property
-    def sent(self) -> int:
-        """
-        Messages sent.
-        """
-class ForceCommunicationChannel:
-    """
-    The same link for ForceMessages.
-    """
-    def __init__(self, params: CommunicationChannelParams = ...) -> None:
-        ...
-    def make_state(self, seed: typing.SupportsInt | typing.SupportsIndex = 0) -> ForceCommunicationChannelState:
-        """
-        An empty channel. The same seed gives the same bits.
-        """
-    def receive(self, time: typing.SupportsFloat | typing.SupportsIndex, state: ForceCommunicationChannelState) -> ForceMessage:
-        """
-        The message that arrived last at `time` (s, not before the last send), or the empty one.
-        """
-    def send(self, time: typing.SupportsFloat | typing.SupportsIndex, message: ForceMessage, state: ForceCommunicationChannelState) -> None:
-        """
-        Offers the sender's newest message at `time` (s, not decreasing); one that was offered
-        before (by its sequence) is ignored.
+        Offers the sender's newest message (a Message, PoseMessage or ForceMessage) at `time`
+        (s, not decreasing); one that was offered before (by its sequence) is ignored.
         """
     @property
     def params(self) -> CommunicationChannelParams:
@@ -1295,9 +1300,9 @@ class RobotSideProxy:
         ...
     def make_state(self) -> RobotSideProxyState:
         ...
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: PoseMessage, robot_position: typing.Any, robot_rotation: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideProxyState, sensor_ready: bool = True) -> None:
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideProxyState, sensor_ready: bool = True) -> None:
         """
-        Advances by one period; the outputs are in `state.output`. time: s; message: PoseMessage;
+        Advances by one period; the outputs are in `state.output`. time: s; message: PoseMessage, or a Message with one;
         robot pose (3,), m, and (3, 3); selections (3, 3); sensed_wrench: (6,) [force; moment], N, N m,
         or None (no bumpless hand-over). In B.
         """
@@ -1486,9 +1491,9 @@ class HapticSideProxy:
         ...
     def make_state(self) -> HapticSideProxyState:
         ...
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: PoseMessage, device_position: typing.Any, device_rotation: typing.Any, state: HapticSideProxyState) -> None:
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, device_position: typing.Any, device_rotation: typing.Any, state: HapticSideProxyState) -> None:
         """
-        Advances by one period; the outputs are in `state.output`. time: s; message: PoseMessage;
+        Advances by one period; the outputs are in `state.output`. time: s; message: PoseMessage, or a Message with one;
         device pose (3,), m, from home, and (3, 3), in D.
         """
     @property
@@ -3881,7 +3886,7 @@ class ContactSurfaceParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'shape': 'one of "plane", "cylinder", "box": in the surface\'s frame: solid where z < 0, about x and endless, or with sides along its axes, default "plane"', 'position': "(3,), m: in B: origin of the surface's frame, default 0", 'rotation': "(3, 3), a rotation matrix: of the surface's frame in B, default identity", 'radius': 'm, > 0: of the cylinder, default 0.1', 'half_size': '(3,), m, > 0: of the box, default 0.1', 'stiffness': 'N/m, > 0: normal force per depth, default 5000', 'dissipation': 's/m, >= 0: share by which the normal force grows per m/s of sinking in, default 2', 'friction': '>= 0: mu of Coulomb friction, static and kinetic, default 0', 'stiction_speed': 'm/s, > 0: below it friction grows linearly with the sliding speed, which stands in for sticking, default 0.01'}
+    fields: typing.ClassVar[dict] = {'shape': 'one of "half_space", "box", "sphere", "cylinder", "capsule": in the surface\'s frame: a half_space is solid where z < 0, cylinder and capsule lie along x, default "half_space"', 'position': "(3,), m: in B: origin of the surface's frame, default 0", 'rotation': "(3, 3), a rotation matrix: of the surface's frame in B, default identity", 'radius': 'm, > 0: of the sphere, cylinder or capsule, default 0.1', 'length': "m, >= 0: along x: of the cylinder, endless at 0, or between the centres of the capsule's round ends, > 0, default 0", 'hollow': 'whether the endless cylinder is solid outside its radius, a bore, which Drake has not, default false', 'half_size': '(3,), m, > 0: of the box, default 0.1', 'stiffness': 'N/m, > 0: normal force per depth, default 5000', 'dissipation': 's/m, >= 0: share by which the normal force grows per m/s of sinking in, default 2', 'friction': '>= 0: mu of Coulomb friction, static and kinetic, default 0', 'stiction_speed': 'm/s, > 0: below it friction grows linearly with the sliding speed, which stands in for sticking, default 0.01'}
     def __copy__(self) -> ContactSurfaceParams:
         ...
     def __deepcopy__(self, memo: dict) -> ContactSurfaceParams:
@@ -3928,6 +3933,22 @@ class ContactSurfaceParams:
     def half_size(self, arg1: typing.Any) -> None:
         ...
     @property
+    def hollow(self) -> bool:
+        """
+        whether the endless cylinder is solid outside its radius, a bore, which Drake has not, default false
+        """
+    @hollow.setter
+    def hollow(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def length(self) -> float:
+        """
+        m, >= 0: along x: of the cylinder, endless at 0, or between the centres of the capsule's round ends, > 0, default 0
+        """
+    @length.setter
+    def length(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def position(self) -> numpy.typing.NDArray[numpy.float64]:
         """
         (3,), m: in B: origin of the surface's frame, default 0
@@ -3938,7 +3959,7 @@ class ContactSurfaceParams:
     @property
     def radius(self) -> float:
         """
-        m, > 0: of the cylinder, default 0.1
+        m, > 0: of the sphere, cylinder or capsule, default 0.1
         """
     @radius.setter
     def radius(self, arg1: typing.Any) -> None:
@@ -3954,7 +3975,7 @@ class ContactSurfaceParams:
     @property
     def shape(self) -> str:
         """
-        one of "plane", "cylinder", "box": in the surface's frame: solid where z < 0, about x and endless, or with sides along its axes, default "plane"
+        one of "half_space", "box", "sphere", "cylinder", "capsule": in the surface's frame: a half_space is solid where z < 0, cylinder and capsule lie along x, default "half_space"
         """
     @shape.setter
     def shape(self, arg1: typing.Any) -> None:
@@ -4219,16 +4240,171 @@ class PointRobot:
     @property
     def scene(self) -> ContactScene:
         ...
-class PositionForceHapticSideParams:
+class SimulatedArmParams:
     """
-    Parameters of PositionForceHapticSide.
+    Parameters of SimulatedArm. S is the wrist sensor's frame, whose axes are E's.
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams: only its R_DB matters', 'link': 'LinkMonitorParams: what counts as a good message', 'force_scale': ">= 0: share of the robot's force that the hand feels, default 0.4", 'max_force': 'N, >= 0: bound on the force on the hand, default 12'}
-    def __copy__(self) -> PositionForceHapticSideParams:
+    fields: typing.ClassVar[dict] = {'period': 's, > 0: the torque is held for it, default 0.001', 'time_step': 's, > 0, at least period / 1000: longest integration step, default 0.001', 'p_EBall': "(3, n), m, in E, n from 1 to 4: centres of the balls that the tool touches with, which share the surfaces' stiffness; default one in E", 'p_SE': '(3,), m, in S: tool point, default 0', 'tool_mass': "kg, >= 0: mass beyond the sensor, a part of the arm's last link, default 0", 'tool_com': '(3,), m, in S: centre of that mass, default 0', 'tool_inertia': '(3, 3), kg m^2: of that mass about its centre, along the axes of S, default 0'}
+    def __copy__(self) -> SimulatedArmParams:
         ...
-    def __deepcopy__(self, memo: dict) -> PositionForceHapticSideParams:
+    def __deepcopy__(self, memo: dict) -> SimulatedArmParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def p_EBall(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (3, n), m, in E, n from 1 to 4: centres of the balls that the tool touches with, which share the surfaces' stiffness; default one in E
+        """
+    @p_EBall.setter
+    def p_EBall(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def p_SE(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m, in S: tool point, default 0
+        """
+    @p_SE.setter
+    def p_SE(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def period(self) -> float:
+        """
+        s, > 0: the torque is held for it, default 0.001
+        """
+    @period.setter
+    def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def time_step(self) -> float:
+        """
+        s, > 0, at least period / 1000: longest integration step, default 0.001
+        """
+    @time_step.setter
+    def time_step(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tool_com(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m, in S: centre of that mass, default 0
+        """
+    @tool_com.setter
+    def tool_com(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tool_inertia(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3, 3), kg m^2: of that mass about its centre, along the axes of S, default 0
+        """
+    @tool_inertia.setter
+    def tool_inertia(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tool_mass(self) -> float:
+        """
+        kg, >= 0: mass beyond the sensor, a part of the arm's last link, default 0
+        """
+    @tool_mass.setter
+    def tool_mass(self, arg1: typing.Any) -> None:
+        ...
+class SimulatedArmState:
+    """
+    Where the arm is and what it touches there.
+    """
+    def __copy__(self) -> SimulatedArmState:
+        ...
+    def __deepcopy__(self, memo: dict) -> SimulatedArmState:
+        ...
+    @property
+    def bad_inputs(self) -> int:
+        """
+        Updates with a torque that was not finite.
+        """
+    @property
+    def contact_truth(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[11, 1]"]:
+        """
+        (11,), of the last step: force on the environment 3, N, normal 3, dimension 1;
+        moment dimension 1, axis of free rotation 3. In B.
+        """
+    @property
+    def pose(self) -> Pose:
+        """
+        Pose X_BE of the tool point.
+        """
+    @property
+    def q(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 1]"]:
+        """
+        (7,), rad.
+        """
+    @property
+    def reaction(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        (6,) [force; moment] about the origin of S, N and N m, in S: of the arm on the
+        tool, in the last step.
+        """
+    @property
+    def v(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 1]"]:
+        """
+        (7,), rad/s.
+        """
+    @property
+    def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        Twist of the tool point, (6,) [linear; angular], m/s and rad/s, in B.
+        """
+class SimulatedArm:
+    """
+    An arm that torques and gravity move and that touches surfaces with its tool.
+    """
+    def __init__(self, params: SimulatedArmParams, arm: ArmModelParams, scene: ContactSceneParams = ...) -> None:
+        """
+        arm: with the tool as a part of its last link. scene: its tool_radius is that
+        of every ball.
+        """
+    def make_state(self, q: typing.Any, v: typing.Any = ...) -> SimulatedArmState:
+        """
+        At joint positions q, (7,), rad, with velocities v, (7,), rad/s.
+        """
+    def update(self, torque: typing.Any, state: SimulatedArmState) -> None:
+        """
+        Advances by one period under joint torques, (7,), N m.
+        """
+    @property
+    def arm(self) -> ArmModelParams:
+        ...
+    @property
+    def params(self) -> SimulatedArmParams:
+        ...
+    @property
+    def scene(self) -> ContactSceneParams:
+        ...
+class PositionForceParams:
+    """
+    Parameters of scheme `position_force`.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'force_scale': ">= 0: share of the robot's force that the hand feels; 1/map.scale keeps stiffness per metre of hand, at 1 a soft hand oscillates without delay, default 0.4", 'max_force': 'N, >= 0: bound on the force on the hand, default 12'}
+    def __copy__(self) -> PositionForceParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> PositionForceParams:
         ...
     def __eq__(self, arg0: typing.Any) -> bool:
         ...
@@ -4250,26 +4426,10 @@ class PositionForceHapticSideParams:
     @property
     def force_scale(self) -> float:
         """
-        >= 0: share of the robot's force that the hand feels, default 0.4
+        >= 0: share of the robot's force that the hand feels; 1/map.scale keeps stiffness per metre of hand, at 1 a soft hand oscillates without delay, default 0.4
         """
     @force_scale.setter
     def force_scale(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def link(self) -> LinkMonitorParams:
-        """
-        LinkMonitorParams: what counts as a good message
-        """
-    @link.setter
-    def link(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def map(self) -> WorkspaceMapParams:
-        """
-        WorkspaceMapParams: only its R_DB matters
-        """
-    @map.setter
-    def map(self, arg1: typing.Any) -> None:
         ...
     @property
     def max_force(self) -> float:
@@ -4279,45 +4439,326 @@ class PositionForceHapticSideParams:
     @max_force.setter
     def max_force(self, arg1: typing.Any) -> None:
         ...
-class PositionForceHapticSideState:
+class PositionPositionParams:
     """
-    State and output of PositionForceHapticSide.
+    Parameters of scheme `position_position`.
     """
-    def __copy__(self) -> PositionForceHapticSideState:
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'robot_stiffness': 'N/m, >= 0: Ks, default 440', 'robot_damping': 'N s/m, >= 0: Bs, default 88', 'max_robot_force': 'N, >= 0: bound on |F_c|, default 60', 'haptic_stiffness': "N/m, >= 0: Km, in the robot's scale, default 440", 'device_damping': 'N s/m, >= 0: of the device itself: Bm = this / (force_scale map.scale), default 27', 'force_scale': '> 0: kappa: share of f_d that the hand feels, default 1', 'release_rate': "N/s, > 0: at which the hand's force goes to zero without a link, default 20"}
+    def __copy__(self) -> PositionPositionParams:
         ...
-    def __deepcopy__(self, memo: dict) -> PositionForceHapticSideState:
+    def __deepcopy__(self, memo: dict) -> PositionPositionParams:
         ...
-    @property
-    def link(self) -> LinkMonitorState:
-        """
-        State of the link monitor.
-        """
-    @property
-    def reference_force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        F_h, (3,), N, in D: on the hand.
-        """
-    @property
-    def sensed_force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        F_s of the message in use, (3,), N, in B.
-        """
-class PositionForceHapticSide:
-    """
-    Haptic side of the two-channel scheme: the sensed force comes straight back,
-    F_h = -force_scale R_DB F_s.
-    """
-    def __init__(self, params: PositionForceHapticSideParams = ...) -> None:
+    def __eq__(self, arg0: typing.Any) -> bool:
         ...
-    def make_state(self) -> PositionForceHapticSideState:
+    def __getstate__(self) -> dict:
         ...
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: ForceMessage, state: PositionForceHapticSideState) -> None:
+    def __init__(self, **kwargs) -> None:
         """
-        Looks at the newest message (ForceMessage), which may be the last one again.
-        Sets `state.reference_force`. time: s, receiver's clock.
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
         """
     @property
-    def params(self) -> PositionForceHapticSideParams:
+    def device_damping(self) -> float:
+        """
+        N s/m, >= 0: of the device itself: Bm = this / (force_scale map.scale), default 27
+        """
+    @device_damping.setter
+    def device_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_scale(self) -> float:
+        """
+        > 0: kappa: share of f_d that the hand feels, default 1
+        """
+    @force_scale.setter
+    def force_scale(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def haptic_stiffness(self) -> float:
+        """
+        N/m, >= 0: Km, in the robot's scale, default 440
+        """
+    @haptic_stiffness.setter
+    def haptic_stiffness(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_robot_force(self) -> float:
+        """
+        N, >= 0: bound on |F_c|, default 60
+        """
+    @max_robot_force.setter
+    def max_robot_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def release_rate(self) -> float:
+        """
+        N/s, > 0: at which the hand's force goes to zero without a link, default 20
+        """
+    @release_rate.setter
+    def release_rate(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def robot_damping(self) -> float:
+        """
+        N s/m, >= 0: Bs, default 88
+        """
+    @robot_damping.setter
+    def robot_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def robot_stiffness(self) -> float:
+        """
+        N/m, >= 0: Ks, default 440
+        """
+    @robot_stiffness.setter
+    def robot_stiffness(self, arg1: typing.Any) -> None:
+        ...
+class SchemesParams:
+    """
+    Parameters of all schemes, side by side.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'position_force': 'PositionForceParams: of this scheme', 'position_position': 'PositionPositionParams: of this scheme'}
+    def __copy__(self) -> SchemesParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> SchemesParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def position_force(self) -> PositionForceParams:
+        """
+        PositionForceParams: of this scheme
+        """
+    @position_force.setter
+    def position_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def position_position(self) -> PositionPositionParams:
+        """
+        PositionPositionParams: of this scheme
+        """
+    @position_position.setter
+    def position_position(self, arg1: typing.Any) -> None:
+        ...
+class AngularFilterParams:
+    """
+    The angular filter: a force-space particle filter of moments and angular
+    velocity. In a scenario the keys of `filter` stand directly in `angular_filter`.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'enabled': 'whether it runs; without it no moment is controlled, default false', 'filter': 'ForceSpaceParticleFilterParams: with N m for N and rad/s for m/s'}
+    def __copy__(self) -> AngularFilterParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> AngularFilterParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def alpha_add(self) -> float:
+        """
+        in (0, 1): share of the largest singular value above which a direction is added, default 0.5
+        """
+    @alpha_add.setter
+    def alpha_add(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def alpha_remove(self) -> float:
+        """
+        in (0, alpha_add]: share of it below which a direction is removed, default 0.1
+        """
+    @alpha_remove.setter
+    def alpha_remove(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def enabled(self) -> bool:
+        """
+        whether it runs; without it no moment is controlled, default false
+        """
+    @enabled.setter
+    def enabled(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def epsilon(self) -> float:
+        """
+        in [1e-12, 0.1]: vectors no longer than this count as zero (N for the commands), default 1e-06
+        """
+    @epsilon.setter
+    def epsilon(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def filter(self) -> ForceSpaceParticleFilterParams:
+        """
+        ForceSpaceParticleFilterParams: with N m for N and rad/s for m/s
+        """
+    @filter.setter
+    def filter(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def friction_cone(self) -> FrictionConeParams:
+        """
+        FrictionConeParams: of likelihood "friction_cone", which uses nothing else but num_particles, period, epsilon and prior_std
+        """
+    @friction_cone.setter
+    def friction_cone(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def likelihood(self) -> str:
+        """
+        one of "paper", "friction_cone": eq. (6) to (8), or contacts with friction, default "paper"
+        """
+    @likelihood.setter
+    def likelihood(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def num_particles(self) -> int:
+        """
+        in [2, 100000]: n_p; the cost of an update is proportional to it, default 1000
+        """
+    @num_particles.setter
+    def num_particles(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def period(self) -> float:
+        """
+        s, > 0: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.0666667
+        """
+    @period.setter
+    def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def prior_particles(self) -> int:
+        """
+        in [0, 100000]: that each prior normal adds to an update, default 50
+        """
+    @prior_particles.setter
+    def prior_particles(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def prior_std(self) -> float:
+        """
+        rad, in (0, pi]: how sure a prior is for which nothing else is said, standard deviation per axis, default 0.1
+        """
+    @prior_std.setter
+    def prior_std(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def resampling_thresholds(self) -> ForceSpaceParticleFilterThresholds:
+        """
+        ForceSpaceParticleFilterThresholds: weigh every particle when resampling
+        """
+    @resampling_thresholds.setter
+    def resampling_thresholds(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def scatter_mean(self) -> float:
+        """
+        in [-1, 1]: alpha of the scatter N(alpha, Sigma): mean per axis and update, default 0
+        """
+    @scatter_mean.setter
+    def scatter_mean(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def scatter_std(self) -> float:
+        """
+        in [0, 1]: Sigma of the scatter: standard deviation per axis and update; larger follows a turning normal faster, but spreads more, default 0.025
+        """
+    @scatter_std.setter
+    def scatter_std(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def update_thresholds(self) -> ForceSpaceParticleFilterThresholds:
+        """
+        ForceSpaceParticleFilterThresholds: weigh the tentative particle, which decides how many are added
+        """
+    @update_thresholds.setter
+    def update_thresholds(self, arg1: typing.Any) -> None:
+        ...
+class ContactPerceptionParams:
+    """
+    Parameters of what a robot side feels.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'filter': 'ForceSpaceParticleFilterParams: of forces', 'angular_filter': 'AngularFilterParams: of moments'}
+    def __copy__(self) -> ContactPerceptionParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> ContactPerceptionParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def angular_filter(self) -> AngularFilterParams:
+        """
+        AngularFilterParams: of moments
+        """
+    @angular_filter.setter
+    def angular_filter(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def filter(self) -> ForceSpaceParticleFilterParams:
+        """
+        ForceSpaceParticleFilterParams: of forces
+        """
+    @filter.setter
+    def filter(self, arg1: typing.Any) -> None:
         ...
 class WindowMeanState:
     """
@@ -4365,11 +4806,11 @@ class WindowMean:
         """
 class RobotSideParams:
     """
-    Parameters of RobotSide; all `period` fields are the same.
+    Parameters of RobotSide; all `period` fields of the control are the same.
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'proxy': 'RobotSideProxyParams: its half of the scheme', 'controller': 'OperationalSpaceControllerParams: of the robot', 'sender': 'PoseSenderParams: of its poses', 'filter_period': 's, >= proxy.period: between updates of the force-space particle filter, over which its inputs are averaged, default 0.0666667', 'angular_filter_period': 's, >= 0: the same of the angular filter; 0 is without one: its means are not computed, default 0'}
+    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'RobotSideProxyParams: what the robot is to follow, and how', 'controller': 'OperationalSpaceControllerParams: of the robot', 'sender': 'PoseSenderParams: of its messages', 'perception': 'ContactPerceptionParams: its filters'}
     def __copy__(self) -> RobotSideParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideParams:
@@ -4392,14 +4833,6 @@ class RobotSideParams:
         Raises ValueError naming the field, the range and the value.
         """
     @property
-    def angular_filter_period(self) -> float:
-        """
-        s, >= 0: the same of the angular filter; 0 is without one: its means are not computed, default 0
-        """
-    @angular_filter_period.setter
-    def angular_filter_period(self, arg1: typing.Any) -> None:
-        ...
-    @property
     def controller(self) -> OperationalSpaceControllerParams:
         """
         OperationalSpaceControllerParams: of the robot
@@ -4408,99 +4841,88 @@ class RobotSideParams:
     def controller(self, arg1: typing.Any) -> None:
         ...
     @property
-    def filter_period(self) -> float:
+    def perception(self) -> ContactPerceptionParams:
         """
-        s, >= proxy.period: between updates of the force-space particle filter, over which its inputs are averaged, default 0.0666667
+        ContactPerceptionParams: its filters
         """
-    @filter_period.setter
-    def filter_period(self, arg1: typing.Any) -> None:
+    @perception.setter
+    def perception(self, arg1: typing.Any) -> None:
         ...
     @property
     def proxy(self) -> RobotSideProxyParams:
         """
-        RobotSideProxyParams: its half of the scheme
+        RobotSideProxyParams: what the robot is to follow, and how
         """
     @proxy.setter
     def proxy(self, arg1: typing.Any) -> None:
         ...
     @property
+    def scheme(self) -> str:
+        """
+        one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"
+        """
+    @scheme.setter
+    def scheme(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def schemes(self) -> SchemesParams:
+        """
+        SchemesParams: of which that of `scheme` counts
+        """
+    @schemes.setter
+    def schemes(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def sender(self) -> PoseSenderParams:
         """
-        PoseSenderParams: of its poses
+        PoseSenderParams: of its messages
         """
     @sender.setter
     def sender(self, arg1: typing.Any) -> None:
         ...
-class FilterMeans:
+class FilterInput:
     """
-    Inputs of the force-space particle filter, in B.
+    What a filter takes: of forces, or of moments.
     """
-    def __copy__(self) -> FilterMeans:
+    def __copy__(self) -> FilterInput:
         ...
-    def __deepcopy__(self, memo: dict) -> FilterMeans:
+    def __deepcopy__(self, memo: dict) -> FilterInput:
         ...
     @property
-    def contact_force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+    def contact(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        F_f, (3,), N
-        """
-    @property
-    def motion_force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        F_m, (3,), N
+        F_f or M_f, (3,)
         """
     @property
-    def sensed_force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+    def motion(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        F_s, (3,), N
+        F_m or M_m, (3,)
+        """
+    @property
+    def sensed(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        F_s, (3,), N, or M_s, N m
         """
     @property
     def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        v_BE, (3,), m/s
+        v_BE, (3,), m/s, or w_BE, rad/s
         """
-class AngularFilterMeans:
+class RobotSideState:
     """
-    Inputs of the angular filter, in B; moments about E.
+    Memory of RobotSide, and the results of the last cycle, in B.
     """
-    def __copy__(self) -> AngularFilterMeans:
+    def __copy__(self) -> RobotSideState:
         ...
-    def __deepcopy__(self, memo: dict) -> AngularFilterMeans:
+    def __deepcopy__(self, memo: dict) -> RobotSideState:
         ...
     @property
-    def angular_velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+    def angular_filter(self) -> ForceSpaceParticleFilterState:
         """
-        w_BE, (3,), rad/s
-        """
-    @property
-    def contact_moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        M_f, (3,), N m
+        The angular filter's. A copy.
         """
     @property
-    def motion_moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        M_m, (3,), N m
-        """
-    @property
-    def sensed_moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        M_s, (3,), N m
-        """
-class RobotSideOutput:
-    """
-    Results of one cycle, in B.
-    """
-    def __copy__(self) -> RobotSideOutput:
-        ...
-    def __deepcopy__(self, memo: dict) -> RobotSideOutput:
-        ...
-    def as_vector(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        All signals as one flat float64 vector, by `output_layout()`.
-        """
-    @property
-    def angular_filter_means(self) -> AngularFilterMeans:
+    def angular_filter_means(self) -> FilterInput:
         """
         the same of the angular filter, zero without one
         """
@@ -4511,34 +4933,43 @@ class RobotSideOutput:
         """
     @property
     def controller(self) -> OperationalSpaceControllerOutput:
-        ...
-    @property
-    def filter_means(self) -> FilterMeans:
         """
-        means since the filter's last update
+        OperationalSpaceControllerOutput. A copy.
         """
     @property
-    def force_message(self) -> ForceMessage:
+    def controller_state(self) -> OperationalSpaceControllerState:
         """
-        the same for the two-channel baseline
-        """
-    @property
-    def link_age(self) -> float:
-        """
-        s
+        OperationalSpaceControllerState. A copy.
         """
     @property
-    def link_dropped(self) -> int:
+    def filter(self) -> ForceSpaceParticleFilterState:
         """
-        messages refused so far
+        ForceSpaceParticleFilterState. A copy.
         """
     @property
-    def link_status(self) -> LinkStatus:
-        ...
-    @property
-    def message(self) -> PoseMessage:
+    def filter_means(self) -> FilterInput:
         """
-        newest PoseMessage to the haptic side
+        FilterInput: means since the last update
+        """
+    @property
+    def force_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        Omega_f in force, (3, 3)
+        """
+    @property
+    def link(self) -> LinkMonitorState:
+        """
+        LinkMonitorState. A copy.
+        """
+    @property
+    def message(self) -> typing.Any:
+        """
+        newest message to the haptic side
+        """
+    @property
+    def moment_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        Omega_tau in force, (3, 3)
         """
     @property
     def motion_error(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -4553,7 +4984,7 @@ class RobotSideOutput:
     @property
     def proxy_position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        x_pr after its limiter, (3,), m
+        where the scheme wants the tool point, (3,), m
         """
     @property
     def proxy_rotation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
@@ -4590,48 +5021,38 @@ class RobotSideOutput:
         """
         v_BE, (6,) [linear; angular]
         """
-class RobotSideState:
-    """
-    Memory of RobotSide.
-    """
-    def __copy__(self) -> RobotSideState:
-        ...
-    def __deepcopy__(self, memo: dict) -> RobotSideState:
-        ...
-    @property
-    def controller(self) -> OperationalSpaceControllerState:
-        ...
-    @property
-    def output(self) -> RobotSideOutput:
-        """
-        of the last cycle
-        """
 class RobotSide:
     """
-    All of the robot side's work in one control cycle: proxy, controller, means for the filter, senders.
+    All of the robot side's work in one control cycle: the scheme's half, controller, perception.
     """
     @staticmethod
     def calc_twist(jacobian: typing.Any, v: typing.Any) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
         """
         Twist of the tool point, (6,) [linear; angular], with the very bits that `update` uses.
         """
-    @staticmethod
-    def output_layout() -> dict:
-        """
-        {signal: slice} of `output.as_vector()`, in its order. A 3x3 matrix is row-major, a rotation a quaternion w, x, y, z.
-        """
-    @staticmethod
-    def output_size() -> int:
-        """
-        Length of `output.as_vector()`.
-        """
     def __init__(self, params: RobotSideParams = ...) -> None:
         ...
-    def make_state(self) -> RobotSideState:
-        ...
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: PoseMessage, robot_position: typing.Any, robot_rotation: typing.Any, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideState, sensor_ready: bool = True) -> None:
+    def make_state(self, seed: typing.SupportsInt | typing.SupportsIndex = 0, angular_seed: typing.SupportsInt | typing.SupportsIndex = 1) -> RobotSideState:
         """
-        Advances `state` by one period; results are in `state.output`. Without a sensor that is ready the robot holds its place. Six-vectors are [linear; angular] or [force; moment], in B; jacobian (6, 7), mass (7, 7), bias (7,) without gravity, gravity (7,) as Drake's CalcGravityGeneralizedForces.
+        With the seeds of the filters.
+        """
+    def signals(self, state: RobotSideState) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        All signals of a state as one flat float64 vector, by `layout`.
+        """
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideState, sensor_ready: bool = True) -> None:
+        """
+        Advances `state` by one period. force_selection, moment_selection: (3, 3), the directions
+        of contact if somebody else knows them; None, both: the side's own filters find them.
+        Without a sensor that is ready the robot holds its place. Six-vectors are [linear; angular]
+        or [force; moment], in B; jacobian (6, 7), mass (7, 7), bias (7,) without gravity, gravity
+        (7,) as Drake's CalcGravityGeneralizedForces.
+        """
+    @property
+    def layout(self) -> dict:
+        """
+        {signal: slice} of `signals()`, in its order. A 3x3 matrix is row-major, a rotation a
+        quaternion w, x, y, z.
         """
     @property
     def params(self) -> RobotSideParams:
@@ -4642,7 +5063,7 @@ class HapticSideParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'proxy': 'HapticSideProxyParams: its half of the scheme', 'controller': 'HapticControllerParams: of the device', 'sender': 'PoseSenderParams: of its poses'}
+    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'HapticSideProxyParams: what the hand is to feel', 'controller': 'HapticControllerParams: of the device', 'sender': 'PoseSenderParams: of its messages'}
     def __copy__(self) -> HapticSideParams:
         ...
     def __deepcopy__(self, memo: dict) -> HapticSideParams:
@@ -4675,31 +5096,43 @@ class HapticSideParams:
     @property
     def proxy(self) -> HapticSideProxyParams:
         """
-        HapticSideProxyParams: its half of the scheme
+        HapticSideProxyParams: what the hand is to feel
         """
     @proxy.setter
     def proxy(self, arg1: typing.Any) -> None:
         ...
     @property
+    def scheme(self) -> str:
+        """
+        one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"
+        """
+    @scheme.setter
+    def scheme(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def schemes(self) -> SchemesParams:
+        """
+        SchemesParams: of which that of `scheme` counts
+        """
+    @schemes.setter
+    def schemes(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def sender(self) -> PoseSenderParams:
         """
-        PoseSenderParams: of its poses
+        PoseSenderParams: of its messages
         """
     @sender.setter
     def sender(self, arg1: typing.Any) -> None:
         ...
-class HapticSideOutput:
+class HapticSideState:
     """
-    Results of one cycle, in D.
+    Memory of HapticSide, and the results of the last cycle, in D.
     """
-    def __copy__(self) -> HapticSideOutput:
+    def __copy__(self) -> HapticSideState:
         ...
-    def __deepcopy__(self, memo: dict) -> HapticSideOutput:
+    def __deepcopy__(self, memo: dict) -> HapticSideState:
         ...
-    def as_vector(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        All signals as one flat float64 vector, by `output_layout()`.
-        """
     @property
     def bad_inputs(self) -> int:
         """
@@ -4716,22 +5149,14 @@ class HapticSideOutput:
         Omega_fh, (3, 3)
         """
     @property
-    def link_age(self) -> float:
+    def link(self) -> LinkMonitorState:
         """
-        s
-        """
-    @property
-    def link_dropped(self) -> int:
-        """
-        messages refused so far
+        LinkMonitorState. A copy.
         """
     @property
-    def link_status(self) -> LinkStatus:
-        ...
-    @property
-    def message(self) -> PoseMessage:
+    def message(self) -> typing.Any:
         """
-        newest PoseMessage to the robot side
+        newest message to the robot side
         """
     @property
     def moment_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
@@ -4758,40 +5183,27 @@ class HapticSideOutput:
         """
         M_h, on the hand, (3,), N m
         """
-class HapticSideState:
-    """
-    Memory of HapticSide.
-    """
-    def __copy__(self) -> HapticSideState:
-        ...
-    def __deepcopy__(self, memo: dict) -> HapticSideState:
-        ...
-    @property
-    def output(self) -> HapticSideOutput:
-        """
-        of the last cycle
-        """
 class HapticSide:
     """
-    All of the haptic side's work in one control cycle: proxy, device controller, sender.
+    All of the haptic side's work in one control cycle: the scheme's half and the device's controller.
     """
-    @staticmethod
-    def output_layout() -> dict:
-        """
-        {signal: slice} of `output.as_vector()`, in its order. A 3x3 matrix is row-major, a rotation a quaternion w, x, y, z.
-        """
-    @staticmethod
-    def output_size() -> int:
-        """
-        Length of `output.as_vector()`.
-        """
     def __init__(self, params: HapticSideParams = ...) -> None:
         ...
     def make_state(self) -> HapticSideState:
         ...
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: PoseMessage, device_position: typing.Any, device_rotation: typing.Any, device_velocity: typing.Any, state: HapticSideState) -> None:
+    def signals(self, state: HapticSideState) -> numpy.typing.NDArray[numpy.float64]:
         """
-        Advances `state` by one period; results are in `state.output`. Device pose from home, velocity (6,) [linear; angular], in D.
+        All signals of a state as one flat float64 vector, by `layout`.
+        """
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, device_position: typing.Any, device_rotation: typing.Any, device_velocity: typing.Any, state: HapticSideState) -> None:
+        """
+        Advances `state` by one period. Device pose from home, velocity (6,) [linear; angular], in D.
+        """
+    @property
+    def layout(self) -> dict:
+        """
+        {signal: slice} of `signals()`, in its order. A 3x3 matrix is row-major, a rotation a
+        quaternion w, x, y, z.
         """
     @property
     def params(self) -> HapticSideParams:
@@ -5285,164 +5697,15 @@ class OperatorParams:
     @waypoints.setter
     def waypoints(self, arg1: typing.Any) -> None:
         ...
-class AngularFilterParams:
-    """
-    The angular filter: a force-space particle filter of moments and angular
-    velocity. In a scenario the keys of `filter` stand directly in `angular_filter`.
-    """
-    __fields__: typing.ClassVar[list]
-    __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'enabled': 'whether it runs; without it no moment is controlled, default false', 'filter': 'ForceSpaceParticleFilterParams: with N m for N and rad/s for m/s'}
-    def __copy__(self) -> AngularFilterParams:
-        ...
-    def __deepcopy__(self, memo: dict) -> AngularFilterParams:
-        ...
-    def __eq__(self, arg0: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> dict:
-        ...
-    def __init__(self, **kwargs) -> None:
-        """
-        Keyword arguments are the fields; the rest have their defaults.
-        Raises TypeError for an unknown field, ValueError for a value out of range.
-        """
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, arg0: dict) -> None:
-        ...
-    def validate(self) -> None:
-        """
-        Raises ValueError naming the field, the range and the value.
-        """
-    @property
-    def alpha_add(self) -> float:
-        """
-        in (0, 1): share of the largest singular value above which a direction is added, default 0.5
-        """
-    @alpha_add.setter
-    def alpha_add(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def alpha_remove(self) -> float:
-        """
-        in (0, alpha_add]: share of it below which a direction is removed, default 0.1
-        """
-    @alpha_remove.setter
-    def alpha_remove(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def enabled(self) -> bool:
-        """
-        whether it runs; without it no moment is controlled, default false
-        """
-    @enabled.setter
-    def enabled(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def epsilon(self) -> float:
-        """
-        in [1e-12, 0.1]: vectors no longer than this count as zero (N for the commands), default 1e-06
-        """
-    @epsilon.setter
-    def epsilon(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def filter(self) -> ForceSpaceParticleFilterParams:
-        """
-        ForceSpaceParticleFilterParams: with N m for N and rad/s for m/s
-        """
-    @filter.setter
-    def filter(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def friction_cone(self) -> FrictionConeParams:
-        """
-        FrictionConeParams: of likelihood "friction_cone", which uses nothing else but num_particles, period, epsilon and prior_std
-        """
-    @friction_cone.setter
-    def friction_cone(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def likelihood(self) -> str:
-        """
-        one of "paper", "friction_cone": eq. (6) to (8), or contacts with friction, default "paper"
-        """
-    @likelihood.setter
-    def likelihood(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def num_particles(self) -> int:
-        """
-        in [2, 100000]: n_p; the cost of an update is proportional to it, default 1000
-        """
-    @num_particles.setter
-    def num_particles(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def period(self) -> float:
-        """
-        s, > 0: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.0666667
-        """
-    @period.setter
-    def period(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def prior_particles(self) -> int:
-        """
-        in [0, 100000]: that each prior normal adds to an update, default 50
-        """
-    @prior_particles.setter
-    def prior_particles(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def prior_std(self) -> float:
-        """
-        rad, in (0, pi]: how sure a prior is for which nothing else is said, standard deviation per axis, default 0.1
-        """
-    @prior_std.setter
-    def prior_std(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def resampling_thresholds(self) -> ForceSpaceParticleFilterThresholds:
-        """
-        ForceSpaceParticleFilterThresholds: weigh every particle when resampling
-        """
-    @resampling_thresholds.setter
-    def resampling_thresholds(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def scatter_mean(self) -> float:
-        """
-        in [-1, 1]: alpha of the scatter N(alpha, Sigma): mean per axis and update, default 0
-        """
-    @scatter_mean.setter
-    def scatter_mean(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def scatter_std(self) -> float:
-        """
-        in [0, 1]: Sigma of the scatter: standard deviation per axis and update; larger follows a turning normal faster, but spreads more, default 0.025
-        """
-    @scatter_std.setter
-    def scatter_std(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def update_thresholds(self) -> ForceSpaceParticleFilterThresholds:
-        """
-        ForceSpaceParticleFilterThresholds: weigh the tentative particle, which decides how many are added
-        """
-    @update_thresholds.setter
-    def update_thresholds(self, arg1: typing.Any) -> None:
-        ...
 class Scenario:
     """
     The fields of a scenario. Use dual_proxy.Scenario, which adds mappings and YAML.
     """
     LAWS: typing.ClassVar[tuple] = ('default', 'printed')
-    SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force')
+    SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force', 'position_position')
     __hash__: typing.ClassVar[None] = None
     _fields: typing.ClassVar[list]
-    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda": which arm, default "panda"', 'scheme': 'one of "dual_proxy", "position_force": position_force is the two-channel baseline, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "PandaSceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of the robot', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of the dual proxy only', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'position_force': "PositionForceHapticSideParams: the two-channel baseline on the device's side", 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do'}
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda": which arm, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "PandaSceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of the robot', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do'}
     def __copy__(self) -> Scenario:
         ...
     def __deepcopy__(self, memo: dict) -> Scenario:
@@ -5489,12 +5752,25 @@ class Scenario:
         The seed of a stream of random numbers, from `seed`: of the "filter", the "sensor", the
         channels "to_robot" and "to_device", the "angular_filter".
         """
+    def handle_path(self) -> OperatorPath:
+        """
+        OperatorPath: where the operator means the handle to go, in D. Raises ScenarioError
+        if a recording cannot be read.
+        """
+    def haptic_side_params(self) -> HapticSideParams:
+        """
+        HapticSideParams of this scenario.
+        """
     def reachable(self, points: typing.Any) -> typing.Annotated[numpy.typing.NDArray[numpy.bool], "[m, 1]"]:
         """
         Tells which points, (n, 3), m, in B, the device can ask for: (n,) bool.
         
         They lie, mapped to the device, within 95 % of its workspace, and over the table. The set
         is convex.
+        """
+    def robot_side_params(self) -> RobotSideParams:
+        """
+        RobotSideParams of this scenario.
         """
     def run_duration(self) -> float:
         """
@@ -5508,7 +5784,7 @@ class Scenario:
     @property
     def angular_filter(self) -> AngularFilterParams:
         """
-        AngularFilterParams: of the dual proxy only
+        AngularFilterParams: of moments
         """
     @angular_filter.setter
     def angular_filter(self, arg1: typing.Any) -> None:
@@ -5631,14 +5907,6 @@ class Scenario:
     def operator(self, arg1: typing.Any) -> None:
         ...
     @property
-    def position_force(self) -> PositionForceHapticSideParams:
-        """
-        PositionForceHapticSideParams: the two-channel baseline on the device's side
-        """
-    @position_force.setter
-    def position_force(self, arg1: typing.Any) -> None:
-        ...
-    @property
     def robot(self) -> str:
         """
         one of "panda": which arm, default "panda"
@@ -5665,10 +5933,18 @@ class Scenario:
     @property
     def scheme(self) -> str:
         """
-        one of "dual_proxy", "position_force": position_force is the two-channel baseline, default "dual_proxy"
+        one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"
         """
     @scheme.setter
     def scheme(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def schemes(self) -> SchemesParams:
+        """
+        SchemesParams: of each scheme that has some
+        """
+    @schemes.setter
+    def schemes(self, arg1: typing.Any) -> None:
         ...
     @property
     def seed(self) -> int:
@@ -5686,6 +5962,107 @@ class Scenario:
     @sensor.setter
     def sensor(self, arg1: typing.Any) -> None:
         ...
+    @property
+    def uses_selections(self) -> bool:
+        """
+        Whether the scheme has use for what perception finds.
+        """
+class _TeleopLoopState:
+    """
+    Memory of a TeleopLoop; never changed.
+    """
+    def __copy__(self) -> _TeleopLoopState:
+        ...
+    def __deepcopy__(self, arg0: typing.Any) -> typing.Any:
+        ...
+    @property
+    def angular_filter(self) -> ForceSpaceParticleFilterState:
+        """
+        The angular filter's. A copy.
+        """
+    @property
+    def device_pose(self) -> Pose:
+        """
+        X_DH.
+        """
+    @property
+    def device_wrench(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        (6,) [force; moment] on the hand, N, N m, in D.
+        """
+    @property
+    def filter(self) -> ForceSpaceParticleFilterState:
+        """
+        ForceSpaceParticleFilterState. A copy.
+        """
+    @property
+    def sensed_wrench(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        (6,) [force; moment], N, N m, in B.
+        """
+    @property
+    def torque(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 1]"]:
+        """
+        (7,), N m, commanded.
+        """
+class _TeleopLoop:
+    """
+    Everything that happens in a control period of a scenario; see loop/teleop_loop.h.
+    """
+    def __init__(self, scenario: Scenario, arm: ArmModelParams) -> None:
+        ...
+    def holding_torque(self, q: typing.Any) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 1]"]:
+        """
+        (7,), N m: what holds the arm at rest.
+        """
+    def make_state(self) -> _TeleopLoopState:
+        ...
+    def step(self, time: typing.SupportsFloat | typing.SupportsIndex, state: _TeleopLoopState, robot_state: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], force: typing.Any, moment: typing.Any, torque: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], signals: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> _TeleopLoopState:
+        """
+        Returns the state after the period at `time`, and writes the torque (7) and all signals
+        to `results`. robot_state: (14,), [q; v]. force, moment: (3,) each, the reaction of the
+        arm on the tool in S, or None.
+        """
+    @property
+    def layout(self) -> dict:
+        """
+        {signal: slice} of the vector that `step` fills.
+        """
+    @property
+    def period(self) -> float:
+        """
+        s
+        """
+    @property
+    def signals(self) -> list:
+        """
+        [(name, kind, size, unit, frame, meaning)] of the same.
+        """
+class _BareEngine:
+    """
+    Runs a scenario without Drake; see experiment/bare_engine.h.
+    """
+    def __init__(self, scenario: Scenario, arm: ArmModelParams, q_start: typing.Any, duration: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    def advance_to(self, time: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        """
+        Runs up to `time`, s, and logs every control period.
+        """
+    @property
+    def layout(self) -> dict:
+        """
+        {signal: slice} of a row of the log.
+        """
+    @property
+    def log(self) -> ...:
+        """
+        The log so far, a _RunLogStore.
+        """
+    @property
+    def time(self) -> float:
+        """
+        s
+        """
 class _RunLogStore:
     """
     Takes the rows of a log while they are made; see the C++ header.
@@ -5963,7 +6340,7 @@ def _angular_metric_descriptions() -> list[tuple[str, str, str]]:
     """
     The same of those of the angular filter.
     """
-def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], signals: collections.abc.Sequence[tuple[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]]], store: _RunLogStore | None, map: WorkspaceMapParams, delay: typing.SupportsFloat | typing.SupportsIndex, has_filter: bool, control_period: typing.SupportsFloat | typing.SupportsIndex, recording_scale: typing.SupportsFloat | typing.SupportsIndex | None, wall_s: typing.SupportsFloat | typing.SupportsIndex | None) -> list[tuple[str, None | bool | int | float | list[str]]]:
+def _compute_metrics(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], signals: collections.abc.Sequence[tuple[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]]], store: _RunLogStore | None, map: WorkspaceMapParams, delay: typing.SupportsFloat | typing.SupportsIndex, control_period: typing.SupportsFloat | typing.SupportsIndex, recording_scale: typing.SupportsFloat | typing.SupportsIndex | None, wall_s: typing.SupportsFloat | typing.SupportsIndex | None) -> list[tuple[str, None | bool | int | float | list[str]]]:
     """
     [(key, value)] of every metric, in order.
     
@@ -6010,6 +6387,19 @@ def _place_recording(times: typing.Annotated[numpy.typing.ArrayLike, numpy.float
 def _read_recording(path: str, units: str, scale: typing.SupportsFloat | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], numpy.typing.NDArray[numpy.float64] | None]:
     """
     (times (n,), positions (n, 3), rotations (n, 3, 3) or None).
+    """
+def _scheme_tags(scheme: str) -> tuple[int, int]:
+    """
+    The tags of what a scheme sends to the robot and to the device.
+    """
+def _signal_catalogue() -> list:
+    """
+    [(name, kind, size, unit, frame, meaning)] of every signal that a log may have.
+    """
+def _single_contact_truth(force: typing.Any, normal: typing.Any, on_tool: bool) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[11, 1]"]:
+    """
+    `_ContactTruth.to_vector()` of one contact as Drake gives it: the force on body B and the
+    normal from B to A, B being the tool or not.
     """
 def calc_operational_space_inertia(jacobian: typing.Any, mass: typing.Any, max_mass: typing.SupportsFloat | typing.SupportsIndex = 50.0, length: typing.SupportsFloat | typing.SupportsIndex = 0.2) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"], bool]:
     """

@@ -30,7 +30,7 @@ from dual_proxy.metrics import (
     format_metric,
 )
 from dual_proxy.recording import RECORDING_EXAMPLE, RECORDING_FORMAT
-from dual_proxy.run import Run, RunError, change_scenario, run
+from dual_proxy.run import ENGINES, Run, RunError, change_scenario, run
 from dual_proxy.run_folder import RunFolder
 from dual_proxy.scenario import (
     SCHEMES,
@@ -53,6 +53,7 @@ examples:
   dual-proxy run plane --delay 0.15 --scheme position_force --out out/baseline
   dual-proxy run plane --set filter.period=0.02 --set law=printed --seed 3
   dual-proxy bench filter --quick
+  dual-proxy bench engine --quick
 """
 
 
@@ -182,7 +183,7 @@ def _main(arguments: Sequence[str] | None) -> int:
         if options.command == "list":
             return _list()
         if options.command == "bench":
-            return _bench_filter(options)
+            return _bench(options)
         return _run(options)
     except SystemExit as end:  # Of the parser, whose output may not be out yet.
         return end.code if isinstance(end.code, int) else 0
@@ -263,6 +264,13 @@ def _parser() -> argparse.ArgumentParser:
     )
     add("--meshcat", action="store_true", help="show the run in the browser")
     add("--realtime", action="store_true", help="not faster than real time")
+    add(
+        "--engine",
+        choices=ENGINES,
+        default="auto",
+        help="what simulates the robot: drake, or bare, the project's own arm, which "
+        "is faster; auto takes drake for a Panda",
+    )
     add("--mcap", action="store_true", help="save log.mcap for Foxglove, too")
     add(
         "--out",
@@ -286,34 +294,43 @@ def _recording_help() -> str:
 def _add_bench(commands: Any) -> None:
     bench = commands.add_parser("bench", help="measure run time against error")
     subjects = bench.add_subparsers(dest="subject", required=True, metavar="SUBJECT")
-    command = subjects.add_parser(
-        "filter",
-        help="the force-space particle filter, over particles, rates, likelihoods",
-    )
-    add = command.add_argument
-    add("--quick", action="store_true", help="a part of it, in seconds")
-    add(
-        "--out",
-        type=_folder,
-        metavar="DIR",
-        default=Path("out/bench"),
-        help="where to save filter.json and filter.png (default: %(default)s)",
-    )
-    add("--page", type=Path, metavar="MD", help="page whose tables are to be filled")
-    add(
-        "--recordings",
-        type=Path,
-        metavar="DIR",
-        help="CSV files of a guided arm that presses a horizontal board",
-    )
+    for subject, text in (
+        (
+            "filter",
+            "the force-space particle filter, over particles, rates, likelihoods",
+        ),
+        ("engine", "the two engines, over the plant's steps"),
+    ):
+        add = subjects.add_parser(subject, help=text).add_argument
+        add("--quick", action="store_true", help="a part of it, in seconds")
+        add(
+            "--out",
+            type=_folder,
+            metavar="DIR",
+            default=Path("out/bench"),
+            help=f"where to save {subject}.json and {subject}.png"
+            " (default: %(default)s)",
+        )
+        add("--page", type=Path, metavar="MD", help="page to be filled")
+        if subject == "filter":
+            add(
+                "--recordings",
+                type=Path,
+                metavar="DIR",
+                help="CSV files of a guided arm that presses a horizontal board",
+            )
 
 
-def _bench_filter(options: argparse.Namespace) -> int:
-    # Here, as it draws: other commands need not wait for that.
+def _bench(options: argparse.Namespace) -> int:
+    # Here, as they draw: other commands need not wait for that.
+    from dual_proxy.bench.engine import bench_engine
     from dual_proxy.bench.filter_command import bench_filter
 
     _make_directory(options.out)
-    bench_filter(options.quick, options.out, options.page, options.recordings)
+    if options.subject == "engine":
+        bench_engine(options.quick, options.out, options.page)
+    else:
+        bench_filter(options.quick, options.out, options.page, options.recordings)
     return 0
 
 
@@ -391,6 +408,7 @@ def _simulate(
             scenario,
             meshcat=options.meshcat,
             realtime=options.realtime,
+            engine=options.engine,
             progress=progress,
         )
     except RunError as error:

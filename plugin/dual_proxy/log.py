@@ -2,8 +2,8 @@
 """The log of a run: one row per control period, one table of signals.
 
 A log is a pandas DataFrame whose index is the time (s, named `time`) and whose
-columns are the components of the signals in `SIGNALS`, and with the angular
-filter those in `ANGULAR_SIGNALS`: `robot_position_x`, `torque_0`,
+columns are the components of those signals of `SIGNALS` that the run has, as its
+scheme and its parts write them: `robot_position_x`, `torque_0`,
 `force_selection_xy`, or the bare name of a scalar.
 """
 
@@ -24,7 +24,6 @@ from numpy.typing import ArrayLike, NDArray
 from dual_proxy import _core
 
 __all__ = [
-    "ANGULAR_SIGNALS",
     "SIGNALS",
     "Signal",
     "column_names",
@@ -44,7 +43,6 @@ _SCALAR = ("",)
 _VECTOR = ("x", "y", "z")
 _QUATERNION = ("w", "x", "y", "z")
 _MATRIX = tuple(f"{i}{j}" for i in "xyz" for j in "xyz")
-_JOINTS = tuple(map(str, range(7)))
 
 
 class Signal(NamedTuple):
@@ -62,128 +60,33 @@ class Signal(NamedTuple):
     """Whether it counts, from 0 at the start, what should not happen."""
 
 
-def _counter(description: str) -> Signal:
-    return Signal(_SCALAR, "", "", f"{description}, so far", True, True)
+_COMPONENTS = {
+    "scalar": _SCALAR,
+    "integer": _SCALAR,
+    "counter": _SCALAR,
+    "vector": _VECTOR,
+    "quaternion": _QUATERNION,
+    "matrix": _MATRIX,
+}
 
 
-def _link_counters(where: str) -> dict[str, Signal]:
-    return {
-        f"{where}_link_dropped": _counter("messages refused"),
-        f"{where}_link_bad_messages": _counter(
-            "of them, those that were not finite or not valid"
-        ),
-        f"{where}_link_gaps": _counter("sequence numbers skipped"),
-        f"{where}_link_spikes": _counter("messages that came unusually late"),
-        f"{where}_link_losses": _counter("times that the link was lost"),
-    }
+def _make_signal(kind: str, size: int, unit: str, frame: str, meaning: str) -> Signal:
+    counter = kind == "counter"
+    return Signal(
+        _COMPONENTS.get(kind, tuple(map(str, range(size)))),
+        unit,
+        frame,
+        f"{meaning}, so far" if counter else meaning,
+        counter or kind == "integer",
+        counter,
+    )
 
 
-def _channel_counters(name: str) -> dict[str, Signal]:
-    return {
-        f"{name}_lost": _counter("messages lost on the way"),
-        f"{name}_overflow": _counter("messages pushed out of the full channel"),
-        f"{name}_refused": _counter("messages refused because not finite"),
-    }
-
-
-def _filter_counters(name: str) -> dict[str, Signal]:
-    return {
-        f"{name}_means_bad_inputs": _counter("samples that its means refused"),
-        f"{name}_bad_inputs": _counter("updates refused"),
-        f"{name}_all_weights_zero": _counter("updates in which nothing was likely"),
-    }
-
-
-#: Every signal of a log, by name, in the order of its columns.
+#: Every signal that a log may have, by name, in the order of its columns. They
+#: are described in C++, beside the code that writes them.
 SIGNALS: dict[str, Signal] = {
-    "hand_position": Signal(_VECTOR, "m", "D", "where the hand means to be"),
-    "device_position": Signal(_VECTOR, "m", "D", "x_h, of the handle, from home"),
-    "device_velocity": Signal(_VECTOR, "m/s", "D", "v_h, of the handle"),
-    "haptic_proxy_position": Signal(_VECTOR, "m", "D", "x_ph"),
-    "haptic_reference_force": Signal(_VECTOR, "N", "D", "F_h, on the hand"),
-    "device_force": Signal(_VECTOR, "N", "D", "sent to the device, on the hand"),
-    "robot_position": Signal(_VECTOR, "m", "B", "x_r, of the tool point"),
-    "robot_velocity": Signal(_VECTOR, "m/s", "B", "v_BE, of the tool point"),
-    "robot_orientation": Signal(_QUATERNION, "", "B", "R_BE as a quaternion"),
-    "robot_proxy_position": Signal(_VECTOR, "m", "B", "x_pr, after its limiter"),
-    "robot_proxy_orientation": Signal(_QUATERNION, "", "B", "R_pr as a quaternion"),
-    "motion_error": Signal(_VECTOR, "m", "B", "dx_m, robot minus proxy"),
-    "reference_force": Signal(_VECTOR, "N", "B", "F_r"),
-    "sensed_force": Signal(_VECTOR, "N", "B", "F_s, on the environment, at E"),
-    "sensed_moment": Signal(_VECTOR, "N m", "B", "M_s, on the environment, about E"),
-    "sensor_ready": Signal(
-        _SCALAR, "", "", "whether the force sensor's bias is known", True
-    ),
-    "motion_force": Signal(_VECTOR, "N", "B", "F_m, command in motion space"),
-    "force_space_force": Signal(_VECTOR, "N", "B", "F_f, command in force space"),
-    "contact_force": Signal(
-        _VECTOR, "N", "B", "true, robot on environment, from the simulator"
-    ),
-    "contact_normal": Signal(
-        _VECTOR, "", "B", "true, unit, into the surface; zero without contact"
-    ),
-    "contact_dimension": Signal(
-        _SCALAR, "", "", "true number of independent normals", True
-    ),
-    "dimension": Signal(_SCALAR, "", "", "of the force space, by the filter", True),
-    "force_direction": Signal(
-        _VECTOR, "", "B", "U1 of the filter; zero when dimension is 0"
-    ),
-    "force_selection": Signal(_MATRIX, "", "B", "Omega_f, row by row"),
-    "joint_position": Signal(_JOINTS, "rad", "", "q"),
-    "joint_velocity": Signal(_JOINTS, "rad/s", "", "dq/dt"),
-    "torque": Signal(_JOINTS, "N m", "", "commanded"),
-    "observed_energy": Signal(_SCALAR, "J", "", "of the closed force loop"),
-    "injected_damping": Signal(_SCALAR, "N s/m", "", "by the passivity controller"),
-    "robot_link_status": Signal(
-        _SCALAR, "", "", "at the robot: 0 waiting, 1 connected, 2 lost", True
-    ),
-    "robot_link_age": Signal(_SCALAR, "s", "", "of the message in use at the robot"),
-    "haptic_link_status": Signal(
-        _SCALAR, "", "", "at the device: 0 waiting, 1 connected, 2 lost", True
-    ),
-    "haptic_link_age": Signal(_SCALAR, "s", "", "of the message in use at the device"),
-    **_link_counters("robot"),
-    **_link_counters("haptic"),
-    **_channel_counters("to_robot"),
-    **_channel_counters("to_device"),
-    "robot_bad_inputs": _counter("cycles that the proxy or the controller refused"),
-    "robot_limiter_bad_inputs": _counter("targets that the proxy's limiter refused"),
-    "robot_sender_bad_inputs": _counter("samples that the sender of poses refused"),
-    "robot_force_sender_bad_inputs": _counter(
-        "samples that the sender of forces refused"
-    ),
-    "robot_singular": _counter("cycles with a bounded apparent mass"),
-    "torque_limited": _counter("cycles in which a torque was limited"),
-    "torque_rate_limited": _counter("cycles in which a torque's rate was limited"),
-    "joint_limited": _counter("cycles in which a joint was kept from its limits"),
-    "sensor_bad_inputs": _counter("samples that the sensor refused"),
-    "sensor_tares_refused": _counter("times at rest that gave the sensor no bias"),
-    **_filter_counters("filter"),
-    "haptic_bad_inputs": _counter("cycles that the proxy or the controller refused"),
-    "haptic_sender_bad_inputs": _counter("samples that the sender refused"),
-    "device_bad_inputs": _counter("steps with an input that the device refused"),
+    name: _make_signal(*description) for name, *description in _core._signal_catalogue()
 }
-
-#: Those that follow in the log of a run with the angular filter.
-ANGULAR_SIGNALS: dict[str, Signal] = {
-    "robot_angular_velocity": Signal(_VECTOR, "rad/s", "B", "w_BE, of the tool"),
-    "reference_moment": Signal(_VECTOR, "N m", "B", "M_r"),
-    "moment_space_moment": Signal(_VECTOR, "N m", "B", "M_f, command in moment space"),
-    "contact_moment_dimension": Signal(
-        _SCALAR, "", "", "true number of rotations that are blocked", True
-    ),
-    "contact_rotation_axis": Signal(
-        _VECTOR, "", "B", "true, unit, of free rotation; zero if there is not just one"
-    ),
-    "moment_dimension": Signal(
-        _SCALAR, "", "", "of the moment space, by the angular filter", True
-    ),
-    "moment_selection": Signal(_MATRIX, "", "B", "Omega_tau, row by row"),
-    **_filter_counters("angular_filter"),
-}
-
-_ALL_SIGNALS = SIGNALS | ANGULAR_SIGNALS
 
 # ZIP can not hold a date before this one; every entry carries it, so that equal
 # logs are equal files.
@@ -195,16 +98,13 @@ _MCAP_BLOCK = 1000
 
 
 def signals(names: Container[str]) -> list[str]:
-    """Return the signals of a log with these signals or columns, in order.
-
-    It has those of `ANGULAR_SIGNALS` all or none.
-    """
-    return list(_ALL_SIGNALS if "moment_dimension" in names else SIGNALS)
+    """Return which signals a log with these signals or columns has, in order."""
+    return [name for name in SIGNALS if name in names or column_names(name)[0] in names]
 
 
 def column_names(name: str) -> list[str]:
     """Return the columns of a signal, in order."""
-    return [f"{name}_{c}" if c else name for c in _ALL_SIGNALS[name].components]
+    return [f"{name}_{c}" if c else name for c in SIGNALS[name].components]
 
 
 def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame:
@@ -214,9 +114,8 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
     ----------
     time : (n,), s, strictly increasing
     values : Mapping[str, ArrayLike]
-        Every signal of `SIGNALS`, and all or none of `ANGULAR_SIGNALS`, each
-        (n, components), (n, 3, 3) for a matrix or (n,) for a scalar. Arrays of
-        the right type are not copied.
+        Signals of `SIGNALS`, each (n, components), (n, 3, 3) for a matrix or (n,)
+        for a scalar. Arrays of the right type are not copied.
 
     Returns
     -------
@@ -226,19 +125,18 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
     Raises
     ------
     ValueError
-        If a signal is missing, unknown, or its shape does not fit.
+        If a signal is unknown, or its shape does not fit.
     """
     times = np.asarray(time, dtype=np.float64)
     if times.ndim != 1 or np.any(np.diff(times) <= 0.0):
         raise ValueError("time: expected (n,) strictly increasing values")
     expected = signals(values)
-    unknown = [name for name in values if name not in expected]
-    missing = [name for name in expected if name not in values]
-    if unknown or missing:
-        raise ValueError(f"signals: unknown {unknown}, missing {missing}")
+    unknown = [name for name in values if name not in SIGNALS]
+    if unknown:
+        raise ValueError(f"signals: unknown {unknown}")
     columns: dict[str, NDArray[Any]] = {}
     for name in expected:
-        entry = _ALL_SIGNALS[name]
+        entry = SIGNALS[name]
         dtype = np.int32 if entry.integer else np.float64
         array = np.asarray(values[name], dtype=dtype)
         width = len(entry.components)
@@ -260,7 +158,7 @@ def signal(frame: pd.DataFrame, name: str) -> NDArray[Any]:
     side, as after a run; else a copy.
     """
     columns = [frame[column].to_numpy() for column in column_names(name)]
-    if _ALL_SIGNALS[name].components == _SCALAR:
+    if SIGNALS[name].components == _SCALAR:
         return columns[0]
     first = columns[0]
     places = [column.__array_interface__["data"][0] for column in columns]
@@ -305,7 +203,7 @@ def _owner(array: NDArray[Any]) -> object:
 
 def counts(frame: pd.DataFrame) -> dict[str, int]:
     """Return what a log's counters came to, those that are not zero."""
-    names = [name for name in signals(frame.columns) if _ALL_SIGNALS[name].counter]
+    names = [name for name in signals(frame.columns) if SIGNALS[name].counter]
     totals = {name: int(frame[name].iloc[-1]) if len(frame) else 0 for name in names}
     return {name: total for name, total in totals.items() if total}
 
@@ -397,7 +295,7 @@ def write_mcap(frame: pd.DataFrame, path: str | Path) -> None:
 
 def _add_channel(writer: Any, name: str) -> int:
     """Announce a signal; return the channel's number."""
-    entry = _ALL_SIGNALS[name]
+    entry = SIGNALS[name]
     kind = "integer" if entry.integer else "number"
     schema = {
         "type": "object",
@@ -421,7 +319,7 @@ def _add_channel(writer: Any, name: str) -> int:
 
 def _mcap_texts(frame: pd.DataFrame, name: str) -> list[str]:
     """Return a signal's message of each row."""
-    entry = _ALL_SIGNALS[name]
+    entry = SIGNALS[name]
     keys = [_mcap_key(component) for component in entry.components]
     pattern = "%d" if entry.integer else "%.9g"
     template = "{" + ",".join(f'"{key}":{pattern}' for key in keys) + "}"

@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from dual_proxy import _core
 from dual_proxy.log import (
-    ANGULAR_SIGNALS,
     SIGNALS,
     column_names,
     log_store,
@@ -96,7 +95,7 @@ def compute_metrics(
     log : DataFrame
         As `dual_proxy.log.make_frame` makes it; may be cut short or empty.
     scenario : Scenario
-        What was run: its `map`, `link.delay` and `scheme` are used.
+        What was run: its `map`, `link.delay` and control period are used.
     wall_s : float, optional
         How long the run took, s.
     recording_scale : float, optional
@@ -112,7 +111,6 @@ def compute_metrics(
             *_run_log(log),
             map=scenario.map,
             delay=scenario.link.delay,
-            has_filter=scenario.scheme == "dual_proxy",
             control_period=scenario.controller.period,
             recording_scale=recording_scale,
             wall_s=wall_s,
@@ -178,7 +176,7 @@ def normal_error_deg(log: pd.DataFrame) -> Array:
 
 
 def _run_log(
-    log: pd.DataFrame, names: Iterable[str] = (*SIGNALS, *ANGULAR_SIGNALS)
+    log: pd.DataFrame, names: Iterable[str] = SIGNALS
 ) -> tuple[Array, list[tuple[str, NDArray[Any]]], _core._RunLogStore | None]:
     """Return times, values of those signals that the log has, and where they are.
 

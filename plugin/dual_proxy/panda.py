@@ -69,7 +69,13 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from dual_proxy._core import _ARM_LIMITS, ArmModel, ArmModelParams, _ContactTruth
+from dual_proxy._core import (
+    _ARM_LIMITS,
+    ArmModel,
+    ArmModelParams,
+    _ContactTruth,
+    _single_contact_truth,
+)
 from dual_proxy.native import NativeTwin
 from dual_proxy.panda_params import (
     CORNER_RADIUS,
@@ -464,9 +470,17 @@ def read_contacts(
     count = results.num_point_pair_contacts()
     if count == 0:
         return _NO_CONTACT
+    if count == 1 and not places:
+        # By far the most frequent case, in every control period.
+        info: Any = results.point_pair_contact_info(0)
+        on_tool = info.bodyB_index() == tool_body
+        if on_tool or info.bodyA_index() == tool_body:
+            return _single_contact_truth(
+                info.contact_force(), info.point_pair().nhat_BA_W, on_tool
+            )
     truth = _ContactTruth()
     for i in range(count):
-        info: Any = results.point_pair_contact_info(i)
+        info = results.point_pair_contact_info(i)
         # Drake gives the force on body B and the normal from B into A.
         force = info.contact_force()
         normal = info.point_pair().nhat_BA_W

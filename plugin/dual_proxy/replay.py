@@ -22,7 +22,7 @@ from __future__ import annotations
 import html
 import logging
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -163,17 +163,22 @@ def _into_surface(direction: Vector, dimension: float, force: Vector) -> Vector:
     return -direction if direction @ force < 0 else direction
 
 
+def _columns(signals: Iterable[str]) -> tuple[str, ...]:
+    return tuple(name for signal in signals for name in column_names(signal))
+
+
+_FILTER_SIGNALS = ("dimension", "force_direction")
+# What a scheme without a filter has not; its normal is not drawn.
+_FILTER_COLUMNS = _columns(_FILTER_SIGNALS)
+
 #: Columns of the log that a row must have to be drawn.
-REPLAY_COLUMNS: tuple[str, ...] = tuple(
-    name
-    for signal in (
+REPLAY_COLUMNS = _columns(
+    (
         "joint_position",
         "robot_position",
-        "dimension",
         *(marker.signal for marker in _MARKERS),
-        *(arrow.signal for arrow in _ARROWS),
+        *(arrow.signal for arrow in _ARROWS if arrow.signal not in _FILTER_SIGNALS),
     )
-    for name in column_names(signal)
 )
 
 
@@ -240,7 +245,8 @@ class SceneDrawer:
 
         Parameters
         ----------
-        row : value by column name, at least `REPLAY_COLUMNS`.
+        row : value by column name, at least `REPLAY_COLUMNS`; with a filter's
+            `dimension` and `force_direction` its normal is drawn, too.
         time_in_recording : s, place of this row in the recording that
             `Meshcat.StartRecording` began; None when drawing live.
         """
@@ -263,9 +269,13 @@ class SceneDrawer:
         p_BE = self._vector(row, "robot_position")
         sensed_force = self._vector(row, "sensed_force")
         for arrow in _ARROWS:
-            value = self._vector(row, arrow.signal)
-            if arrow.signal == "force_direction":
+            if arrow.signal != "force_direction":
+                value = self._vector(row, arrow.signal)
+            elif "dimension" in row:
+                value = self._vector(row, arrow.signal)
                 value = _into_surface(value, row["dimension"], sensed_force)
+            else:
+                continue
             self._draw_arrow(arrow, p_BE, value, time)
 
     def _set_up(self) -> None:
@@ -381,22 +391,19 @@ def write_replay(
     frame_times = np.arange(num_frames) / frame_rate
     # The last row at or before each frame; rows' times carry rounding errors.
     rows = np.searchsorted(elapsed, frame_times + 1e-9, side="right") - 1
-    columns = np.column_stack(
-        [log[name].to_numpy(dtype=float)[rows] for name in REPLAY_COLUMNS]
-    )
+    names = [*REPLAY_COLUMNS, *(name for name in _FILTER_COLUMNS if name in log)]
+    columns = np.column_stack([log[name].to_numpy(dtype=float)[rows] for name in names])
 
     meshcat = _quiet_meshcat()
     drawer = SceneDrawer(meshcat, params, workspace_map)
     # Before the animation starts, a viewer shows its first frame.
-    drawer.update(dict(zip(REPLAY_COLUMNS, columns[0], strict=True)))
+    drawer.update(dict(zip(names, columns[0], strict=True)))
     meshcat.StartRecording(
         frames_per_second=frame_rate, set_visualizations_while_recording=False
     )
     for frame, row in enumerate(columns):
         # Meshcat rounds times down to frames: aim at the frame's inside.
-        drawer.update(
-            dict(zip(REPLAY_COLUMNS, row, strict=True)), (frame + 0.5) / frame_rate
-        )
+        drawer.update(dict(zip(names, row, strict=True)), (frame + 0.5) / frame_rate)
     meshcat.StopRecording()
     meshcat.PublishRecording()
     # It may be large: no more copies of it than needed.

@@ -18,7 +18,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from dual_proxy.log import (
-    ANGULAR_SIGNALS,
     SIGNALS,
     counts,
     release,
@@ -171,9 +170,11 @@ def render_report(
     parts.append(_metrics_table(metrics))
     parts.append(_counters_table(log))
     if len(log) > 1:
-        parts += [_section(log, scenario, *entry) for entry in _SECTIONS]
-        if "moment_dimension" in log:
-            parts.append(_section(log, scenario, *_ROTATIONS))
+        parts += [
+            _section(log, scenario, *entry)
+            for entry in _SECTIONS
+            if _OF_FILTERS.get(entry[0]) in (None, *log.columns)
+        ]
     parts.append(
         "<section><h2>Scenario</h2><p>Every value of this run; "
         "<code>dual-proxy run scenario.yaml</code> repeats it.</p>"
@@ -225,10 +226,9 @@ def _format_limit(limit: Limit | None) -> str:
 
 
 def _counters_table(log: pd.DataFrame) -> str:
-    described = SIGNALS | ANGULAR_SIGNALS
     rows = "".join(
         f'<tr><td><code>{name}</code></td><td class="number">{total}</td>'
-        f'<td class="note">{html.escape(described[name].description)}</td></tr>'
+        f'<td class="note">{html.escape(SIGNALS[name].description)}</td></tr>'
         for name, total in counts(log).items()
     )
     if not rows:
@@ -444,12 +444,13 @@ _SECTIONS: tuple[_Section, ...] = (
         2,
         _draw_energy,
     ),
+    (
+        "Rotations",
+        "Moments about the tool point, in the robot's base frame, as exerted on the "
+        "environment, and the number of blocked rotations, estimated and true.",
+        4,
+        _draw_rotations,
+    ),
 )
-# Of runs with the angular filter.
-_ROTATIONS: _Section = (
-    "Rotations",
-    "Moments about the tool point, in the robot's base frame, as exerted on the "
-    "environment, and the number of blocked rotations, estimated and true.",
-    4,
-    _draw_rotations,
-)
+# Headings of what only runs with a filter have -> a column that tells.
+_OF_FILTERS = {"Contact direction": "dimension", "Rotations": "moment_dimension"}

@@ -26,6 +26,8 @@ _PROGRESS_INTERVAL = 0.1
 _FRAME_RATE = 30.0
 _MOST_FRAMES = 6000
 
+ENGINES = ("auto", "drake", "bare")
+
 
 @dataclass(frozen=True)
 class Run:
@@ -42,6 +44,8 @@ class Run:
     """Why the run ended early; empty if it did not."""
     recording: str = ""
     """`OperatorMotion.note`: what was made of a recording; empty without one."""
+    engine: str = "drake"
+    """What simulated the robot: "drake" or "bare"."""
 
     def save(
         self,
@@ -180,6 +184,7 @@ def run(
     meshcat: bool = False,
     realtime: bool = False,
     progress: Callable[[float, float], None] | None = None,
+    engine: str = "auto",
 ) -> Run:
     """Simulate a scenario.
 
@@ -188,7 +193,7 @@ def run(
     scenario : Scenario, str or Path
         A scenario, or what `load_scenario` takes. It is not changed.
     scheme : str, optional
-        "dual_proxy" or "position_force".
+        One of `Scenario.SCHEMES`.
     delay : float, optional
         One-way delay of the link, s, in [0, 10].
     duration : float, optional
@@ -208,6 +213,10 @@ def run(
         Never run faster than real time.
     progress : callable, optional
         Called with simulated time and duration, s, every 0.1 s of it.
+    engine : str
+        What simulates the robot: "drake", "bare" (the project's own arm, many
+        times faster; nothing is drawn meanwhile), or "auto", which takes Drake
+        for a Panda.
 
     Returns
     -------
@@ -227,6 +236,12 @@ def run(
     ImportError
         If pydrake cannot be loaded.
     """
+    if engine not in ENGINES:
+        raise ScenarioError(
+            f"engine: expected one of {', '.join(ENGINES)}, got {engine!r}"
+        )
+    if engine == "bare" and meshcat:
+        raise ScenarioError("meshcat: expected False with engine bare, got True")
     scenario = change_scenario(
         scenario, scheme, delay, duration, seed, recording, overrides
     )
@@ -234,16 +249,23 @@ def run(
     motion = scenario.operator_motion()
 
     # pydrake is imported only where something is simulated.
+    from dual_proxy.bare import BareStation
     from dual_proxy.station import build_station
 
+    station: Any
     try:
-        station = build_station(scenario, meshcat=meshcat)
+        if engine == "bare":
+            station = BareStation(scenario, end)
+        else:
+            station = build_station(scenario, meshcat=meshcat)
+            station.store_log(end)
+    except OSError:
+        raise
     except ScenarioError:
         raise
     except (ValueError, RuntimeError) as error:
         text = " ".join(str(error).split())
         raise ScenarioError(f"{scenario.name}: cannot be built: {text}") from error
-    station.store_log(end)
     failure = ""
     cause: BaseException | None = None
     began = clock.monotonic()
@@ -267,7 +289,8 @@ def run(
     metrics = compute_metrics(
         log, scenario, wall_s, motion.scale if motion.note else None
     )
-    result = Run(scenario, log, metrics, failure, motion.note)
+    kind = "bare" if engine == "bare" else "drake"
+    result = Run(scenario, log, metrics, failure, motion.note, kind)
     release(log)
     if cause is not None:
         at = result.metrics["sim_s"]

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The station: a scenario in, a Drake diagram out. Nothing here is control.
 
-    operator -> device -> haptic_side --pose--> to_robot --> robot_side -> panda
-                  ^           |                                |  ^          |
-                  +--- F_h ---+ <--pose, Omega-- to_device <---+  +- filter <+
+    wiring "fused":    loop <-> plant
+    wiring "systems":  haptic_side -> to_robot -> robot_side <-> plant
+                       haptic_side <- to_device <- robot_side
 
-`filter` is the Force-Space Particle Filter; it takes the wrist sensor's force
-and what the robot side commanded. `angular_filter`, in scenarios that ask for
-it, is a second one, with moments and rotations.
+Both give the same bits. The second is for diagrams to look at, to change and to
+replace something in; the first is fast.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import dual_proxy._pydrake  # noqa: F401
@@ -36,7 +36,7 @@ from pydrake.systems.framework import (
 from pydrake.systems.primitives import LogVectorOutput, Multiplexer
 
 from dual_proxy import _core
-from dual_proxy.log import make_frame, signals
+from dual_proxy.log import make_frame
 from dual_proxy.native import NativeTwin
 from dual_proxy.panda import (
     PandaModel,
@@ -49,30 +49,18 @@ from dual_proxy.replay import SceneDrawer
 from dual_proxy.scenario import Scenario
 from dual_proxy.systems import (
     CommunicationChannel,
-    ForceSpaceParticleFilter,
     HapticSide,
-    PositionForceHapticSide,
     RobotSide,
-    SimulatedHapticDevice,
+    TeleopLoop,
 )
 
-__all__ = ["Station", "build_station"]
+__all__ = ["WIRINGS", "Station", "build_station", "start_posture"]
 
 _FRAMES_PER_SECOND = 30
 # Of the log, when they are moved to where it is kept.
 _ROWS_AT_A_TIME = 1000
 
-# What the ports of counters hold: port -> signals, without the port's name.
-_FILTER_COUNTERS = ("bad_inputs", "all_weights_zero")
-_CHANNEL_COUNTERS = ("lost", "overflow", "refused")
-_COUNTERS = {
-    "sensor": ("bad_inputs", "tares_refused"),
-    "filter": _FILTER_COUNTERS,
-    "angular_filter": _FILTER_COUNTERS,
-    "haptic_link": ("dropped", "bad_messages", "gaps", "spikes", "losses"),
-    "to_robot": _CHANNEL_COUNTERS,
-    "to_device": _CHANNEL_COUNTERS,
-}
+WIRINGS = ("fused", "systems")
 
 
 class ContactTruthSystem(NativeTwin, LeafSystem):
@@ -102,7 +90,7 @@ class Station:
 
     The diagram's systems have the names of the picture above, and it exports
     what is wired further: `robot_state` (14), `sensed_wrench` (6), `torque`
-    (7), `device_pose`, `device_wrench` (6), with the dual proxy
+    (7), `device_pose`, `device_wrench` (6), with a scheme that uses them
     `force_selection` (9) and `dimension` (1), and with the angular filter
     `moment_selection` (9) and `moment_dimension` (1).
 
@@ -116,15 +104,29 @@ class Station:
     """
 
     def __init__(
-        self, scenario: Scenario, meshcat: bool = False, logged: bool = True
+        self,
+        scenario: Scenario,
+        meshcat: bool = False,
+        logged: bool = True,
+        wiring: str = "fused",
     ) -> None:
+        if wiring not in WIRINGS:
+            raise ValueError(
+                f"wiring: expected one of {', '.join(WIRINGS)}, got {wiring!r}"
+            )
         self.scenario = scenario
         self._builder = DiagramBuilder()
-        self._ports: dict[str, OutputPort] = {}
+        # Ports that are logged, side by side, and where their signals are.
+        self._logged: list[OutputPort] = []
+        self._layout: dict[str, slice] = {}
+        self._num_columns = 0
         self._watched = meshcat or logged
-        self._add_robot()
-        self._add_device()
-        self._add_link()
+        self._add_scene()
+        if wiring == "fused":
+            self._add_loop()
+        else:
+            self._add_sides()
+        self._path = scenario.handle_path()
         self._sink: Any = None
         self._store: Any = None
         if self._watched:
@@ -227,17 +229,26 @@ class Station:
         frame = make_frame(times, self._signals(rows))
         return dict(zip(frame.columns, frame.iloc[0].tolist(), strict=True))
 
+    def _log(self, port: OutputPort, layout: Mapping[str, slice]) -> None:
+        self._logged.append(port)
+        self._add_columns(layout)
+
+    def _add_columns(self, layout: Mapping[str, slice]) -> None:
+        start = self._num_columns
+        for name, where in layout.items():
+            self._layout[name] = slice(start + where.start, start + where.stop)
+            self._num_columns = max(self._num_columns, start + where.stop)
+
     def _gather(self, logged: bool) -> None:
         """All signals side by side, and one sink for them: every event of Drake's
         has its price."""
-        sizes = [port.size() for port in self._ports.values()]
-        # The last ones are what is added where the log is read.
-        self._columns = np.cumsum(sizes)
-        self._num_columns = sum(sizes) + 3
+        sizes = [port.size() for port in self._logged]
         everything = self._builder.AddNamedSystem("everything", Multiplexer(sizes))
-        for index, port in enumerate(self._ports.values()):
+        for index, port in enumerate(self._logged):
             self._builder.Connect(port, everything.get_input_port(index))
         self._everything = everything.get_output_port()
+        # What follows from the time alone is added where the log is read.
+        self._add_columns({"hand_position": slice(0, 3)})
         if logged:
             self._log_period = self.scenario.control_period
             self._sink = LogVectorOutput(
@@ -247,251 +258,155 @@ class Station:
     def _add(self, name: str, system: type[NativeTwin], *args: Any) -> Any:
         return system.add_to(self._builder, *args, name=name)
 
-    def _export(self, port: OutputPort, name: str) -> None:
-        self._builder.ExportOutput(port, name)
+    def _export(self, system: Any, *names: str) -> None:
+        for name in names:
+            self._builder.ExportOutput(system.GetOutputPort(name), name)
+
+    def _export_selections(self, system: Any) -> None:
+        if not self.scenario.uses_selections:
+            return
+        self._export(system, "force_selection", "dimension")
+        if self.scenario.has_angular_filter:
+            self._export(system, "moment_selection", "moment_dimension")
 
     def _connect(self, source: Any, output: str, target: Any, port: str) -> None:
         self._builder.Connect(source.GetOutputPort(output), target.GetInputPort(port))
 
-    def _add_robot(self) -> None:
-        """The arm in its scene, the wrist sensor, the robot side, the filter."""
+    def _add_scene(self) -> None:
+        """The arm in its scene, and what its tool really touches."""
         scenario = self.scenario
+        self._model, self._q_start = start_posture(scenario)
+        scene = add_panda_scene(
+            self._builder, scenario.scene, self._q_start, drawn=False
+        )
+        self._scene = scene
+        if self._watched:
+            rotations = scenario.has_angular_filter
+            truth = self._add(
+                "contact_truth", ContactTruthSystem, scene.tool_body, rotations
+            )
+            self._builder.Connect(
+                scene.contact_results_port, truth.GetInputPort("contact_results")
+            )
+            layout = {
+                "contact_force": slice(0, 3),
+                "contact_normal": slice(3, 6),
+                "contact_dimension": slice(6, 7),
+            }
+            if rotations:
+                layout["contact_moment_dimension"] = slice(7, 8)
+                layout["contact_rotation_axis"] = slice(8, 11)
+            self._log(truth.GetOutputPort("truth"), layout)
+        self._builder.ExportOutput(scene.state_port, "robot_state")
+
+    def _add_loop(self) -> None:
+        """Everything else, as one system."""
+        scene = self._scene
+        loop = TeleopLoop(self.scenario, self._model, scene.sensor_joint, self._q_start)
+        layout = loop.layout
+        system = loop._join(self._builder, "loop")
         builder = self._builder
-        scene_params = scenario.scene
-        model = PandaModel(scene_params.tool_mass, scene_params.gravity)
-        q_start = model.inverse_kinematics(
-            scenario.map.p_cw, scenario.map.R_cw, scenario.controller.q_rest
+        builder.Connect(scene.state_port, system.GetInputPort("robot_state"))
+        builder.Connect(
+            scene.reaction_forces_port, system.GetInputPort("reaction_forces")
         )
-        scene = add_panda_scene(builder, scene_params, q_start, drawn=False)
-        reaction = self._add("reaction", SensorReaction, scene.sensor_joint)
-        params = _core.RobotSideParams(
-            proxy=scenario.robot_proxy,
-            controller=scenario.controller,
-            sender=scenario.link.sender,
-            filter_period=scenario.filter.period,
-        )
-        if scenario.has_angular_filter:
-            params.angular_filter_period = scenario.angular_filter.filter.period
-        side = self._add(
-            "robot_side",
-            RobotSide,
-            params,
-            model,
-            q_start,
+        builder.Connect(system.GetOutputPort("torque"), scene.actuation_port)
+        self._log(system.GetOutputPort("signals"), layout)
+        self._export(system, "sensed_wrench", "torque", "device_pose", "device_wrench")
+        self._export_selections(system)
+
+    def _add_sides(self) -> None:
+        """The same in the systems that people's own diagrams are made of."""
+        scenario, scene, builder = self.scenario, self._scene, self._builder
+        robot = RobotSide(
+            scenario.robot_side_params(),
+            self._model,
+            self._q_start,
             scenario.sensor,
             p_SE_S,
             scenario.calc_seed("sensor"),
+            scenario.calc_seed("filter"),
+            scenario.calc_seed("angular_filter"),
         )
+        haptic = HapticSide(
+            scenario.haptic_side_params(), scenario.device, scenario.handle_path()
+        )
+        robot_layout, haptic_layout = robot.layout, haptic.layout
+        reaction = self._add("reaction", SensorReaction, scene.sensor_joint)
+        robot_side = robot._join(builder, "robot_side")
+        haptic_side = haptic._join(builder, "haptic_side")
         builder.Connect(
             scene.reaction_forces_port, reaction.GetInputPort("reaction_forces")
         )
-        builder.Connect(scene.state_port, side.GetInputPort("robot_state"))
-        builder.Connect(side.GetOutputPort("torque"), scene.actuation_port)
-        self._connect(reaction, "reaction", side, "reaction")
-        self._robot_side = side
-        self._ports["robot"] = side.GetOutputPort("signals")
-        self._ports["sensor"] = side.GetOutputPort("sensor_counters")
-        if self._watched:
-            truth = self._add(
-                "contact_truth",
-                ContactTruthSystem,
-                scene.tool_body,
-                scenario.has_angular_filter,
-            )
-            builder.Connect(
-                scene.contact_results_port, truth.GetInputPort("contact_results")
-            )
-            self._ports["truth"] = truth.GetOutputPort("truth")
-        self._export(scene.state_port, "robot_state")
-        self._export(side.GetOutputPort("sensed_wrench"), "sensed_wrench")
-        self._export(side.GetOutputPort("torque"), "torque")
-
-        if scenario.scheme == "dual_proxy":
-            particle_filter = self._add(
-                "filter",
-                ForceSpaceParticleFilter,
-                scenario.filter,
-                scenario.calc_seed("filter"),
-            )
-            for name in ("sensed_force", "velocity", "motion_force", "contact_force"):
-                self._connect(side, f"mean_{name}", particle_filter, name)
-            self._connect(particle_filter, "force_selection", side, "force_selection")
-            for name in ("dimension", "force_direction"):
-                self._ports[name] = particle_filter.GetOutputPort(name)
-            self._ports["filter"] = particle_filter.GetOutputPort("counters")
-            for name in ("dimension", "force_selection"):
-                self._export(particle_filter.GetOutputPort(name), name)
-        if scenario.has_angular_filter:
-            self._add_angular_filter()
-
-    def _add_angular_filter(self) -> None:
-        """A second filter, for moments and rotations."""
-        side = self._robot_side
-        angular_filter = self._add(
-            "angular_filter",
-            ForceSpaceParticleFilter,
-            self.scenario.angular_filter.filter,
-            self.scenario.calc_seed("angular_filter"),
+        builder.Connect(scene.state_port, robot_side.GetInputPort("robot_state"))
+        builder.Connect(robot_side.GetOutputPort("torque"), scene.actuation_port)
+        self._connect(reaction, "reaction", robot_side, "reaction")
+        self._log(haptic_side.GetOutputPort("signals"), haptic_layout)
+        self._log_scalars(haptic_side, "device_bad_inputs", "device_bad_inputs")
+        self._log(robot_side.GetOutputPort("signals"), robot_layout)
+        self._log_scalars(
+            robot_side, "sensor_counters", "sensor_bad_inputs", "sensor_tares_refused"
         )
-        for mean, name in (
-            ("sensed_moment", "sensed_force"),
-            ("angular_velocity", "velocity"),
-            ("motion_moment", "motion_force"),
-            ("contact_moment", "contact_force"),
-        ):
-            self._connect(side, f"mean_{mean}", angular_filter, name)
-        self._connect(angular_filter, "force_selection", side, "moment_selection")
-        for name, port in (
-            ("moment_dimension", angular_filter.GetOutputPort("dimension")),
-            ("moment_selection", angular_filter.GetOutputPort("force_selection")),
-        ):
-            self._ports[name] = port
-            self._export(port, name)
-        self._ports["angular_filter"] = angular_filter.GetOutputPort("counters")
+        tags = _core._scheme_tags(scenario.scheme)
+        self._add_channel("to_robot", tags[0], haptic_side, robot_side)
+        self._add_channel("to_device", tags[1], robot_side, haptic_side)
+        self._export(robot_side, "sensed_wrench", "torque")
+        self._export(haptic_side, "device_pose", "device_wrench")
+        self._export_selections(robot_side)
 
-    def _add_device(self) -> None:
-        """The device in the operator's hand, and the haptic side."""
-        scenario = self.scenario
-        motion = scenario.operator_motion()
-        workspace_map = _core.WorkspaceMap(scenario.map)
-        R = np.asarray(scenario.map.R_cw)
-        points = [workspace_map.haptic_proxy(p, R)[0] for p in motion.positions]
-        self._path = _core.OperatorPath(
-            motion.times,
-            np.transpose(points),
-            "cubic" if motion.sampled else "minimum_jerk",
-            np.asarray(scenario.map.R_DB) @ motion.rotations.T,
-        )
-        params = _core.HapticSideParams(
-            proxy=scenario.haptic_proxy,
-            controller=scenario.haptic_controller,
-            sender=scenario.link.sender,
-        )
-        if scenario.scheme == "dual_proxy":
-            side = self._add(
-                "haptic_side", HapticSide, params, scenario.device, self._path
-            )
-            acting = device = side
-            refused = side.GetOutputPort("device_bad_inputs")
-        else:
-            side = self._add("haptic_side", HapticSide, params)
-            device = self._add(
-                "device", SimulatedHapticDevice, self._path, scenario.device
-            )
-            for name in ("device_pose", "device_velocity"):
-                self._connect(device, name, side, name)
-            acting = self._add(
-                "position_force",
-                PositionForceHapticSide,
-                scenario.position_force,
-                scenario.control_period,
-            )
-            self._ports["position_force"] = acting.GetOutputPort("device_wrench")
-            self._ports["position_force_link"] = acting.GetOutputPort("link_status")
-            self._ports["haptic_link"] = acting.GetOutputPort("link_counters")
-            refused = device.GetOutputPort("bad_inputs")
-            self._connect(acting, "device_wrench", device, "device_wrench")
-        self._haptic_side, self._acting_haptic_side = side, acting
-        self._ports["device"] = side.GetOutputPort("signals")
-        self._ports["device_bad_inputs"] = refused
-        self._export(device.GetOutputPort("device_pose"), "device_pose")
-        self._export(acting.GetOutputPort("device_wrench"), "device_wrench")
+    def _log_scalars(self, system: Any, port: str, *names: str) -> None:
+        layout = {name: slice(i, i + 1) for i, name in enumerate(names)}
+        self._log(system.GetOutputPort(port), layout)
 
-    def _add_link(self) -> None:
-        """Both directions of the link: all that the two sides share."""
+    def _add_channel(self, name: str, tag: int, source: Any, target: Any) -> None:
+        """One direction of the link."""
         link = self.scenario.link
-        step = self.scenario.control_period
-        to_robot = self._add(
-            "to_robot",
+        kind = _core.Message()
+        kind.tag = tag
+        channel = self._add(
+            name,
             CommunicationChannel,
             link.channel,
-            self.scenario.calc_seed("to_robot"),
+            self.scenario.calc_seed(name),
             link.rate,
-            step,
-            _core.PoseMessage(),
+            self.scenario.control_period,
+            kind,
             True,
         )
-        self._connect(self._haptic_side, "message", to_robot, "message")
-        self._connect(to_robot, "message", self._robot_side, "haptic_message")
-        dual_proxy = self.scenario.scheme == "dual_proxy"
-        to_device = self._add(
-            "to_device",
-            CommunicationChannel,
-            link.channel,
-            self.scenario.calc_seed("to_device"),
-            link.rate,
-            step,
-            _core.PoseMessage() if dual_proxy else _core.ForceMessage(),
-            True,
+        port = "haptic_message" if name == "to_robot" else "robot_message"
+        self._connect(source, "message", channel, "message")
+        self._connect(channel, "message", target, port)
+        self._log_scalars(
+            channel,
+            "counters",
+            *(f"{name}_{what}" for what in ("lost", "overflow", "refused")),
         )
-        self._connect(
-            self._robot_side,
-            "message" if dual_proxy else "force_message",
-            to_device,
-            "message",
-        )
-        self._connect(
-            to_device,
-            "message",
-            self._acting_haptic_side,
-            "robot_message" if dual_proxy else "force_message",
-        )
-        self._ports["to_robot"] = to_robot.GetOutputPort("counters")
-        self._ports["to_device"] = to_device.GetOutputPort("counters")
 
     def _signals(self, rows: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
         """Returns every signal of the log from rows of the logged ports, with the
         hand's positions at their end."""
-        *parts, hand = np.split(rows, self._columns, axis=1)
-        data = dict(zip(self._ports, parts, strict=True))
-        values = {
-            name: data[side][:, where]
-            for side, layout in (
-                ("robot", RobotSide.layout),
-                ("device", HapticSide.layout),
-            )
-            for name, where in layout.items()
-        }
-        truth = data["truth"]
-        count = len(truth)
-        values |= {
-            "hand_position": hand,
-            "contact_force": truth[:, :3],
-            "contact_normal": truth[:, 3:6],
-            "contact_dimension": truth[:, 6:7],
-            "dimension": data.get("dimension", np.zeros((count, 1))),
-            "force_direction": data.get("force_direction", np.zeros((count, 3))),
-            "filter_bad_inputs": np.zeros(count),
-            "filter_all_weights_zero": np.zeros(count),
-        }
-        if "position_force" in data:
-            force = data["position_force"][:, :3]
-            status, age = data["position_force_link"][:, :2].T
-            values |= {
-                "haptic_reference_force": force,
-                "device_force": force,
-                "haptic_link_status": status,
-                "haptic_link_age": age,
-            }
-        for port, names in _COUNTERS.items():
-            if port in data:
-                values |= {
-                    f"{port}_{name}": data[port][:, index]
-                    for index, name in enumerate(names)
-                }
-        values["device_bad_inputs"] = data["device_bad_inputs"]
-        if self.scenario.has_angular_filter:
-            values |= {
-                "contact_moment_dimension": truth[:, 7:8],
-                "contact_rotation_axis": truth[:, 8:],
-                "moment_dimension": data["moment_dimension"],
-                "moment_selection": data["moment_selection"],
-            }
-        return {name: values[name] for name in signals(values)}
+        return {name: rows[:, where] for name, where in self._layout.items()}
+
+
+def start_posture(scenario: Scenario) -> tuple[PandaModel, Any]:
+    """Returns the scenario's arm with its tool, and where it is at time 0, rad.
+
+    Raises
+    ------
+    ValueError
+        If no posture of the arm reaches the start.
+    """
+    model = PandaModel(scenario.scene.tool_mass, scenario.scene.gravity)
+    return model, model.inverse_kinematics(
+        scenario.map.p_cw, scenario.map.R_cw, scenario.controller.q_rest
+    )
 
 
 def build_station(
-    scenario: Scenario, meshcat: bool = False, logged: bool = True
+    scenario: Scenario,
+    meshcat: bool = False,
+    logged: bool = True,
+    wiring: str = "fused",
 ) -> Station:
     """Builds the diagram of a scenario, ready to simulate.
 
@@ -500,6 +415,7 @@ def build_station(
     scenario : what to build; see `dual_proxy.load_scenario`.
     meshcat : whether to open a viewer and draw the run in it.
     logged : whether to note all signals in every control period.
+    wiring : "fused", or "systems" for separate systems with the same results.
 
     Raises
     ------
@@ -507,4 +423,4 @@ def build_station(
         If the parameters contradict each other, or no posture of the arm
         reaches the start.
     """
-    return Station(scenario, meshcat, logged)
+    return Station(scenario, meshcat, logged, wiring)

@@ -21,8 +21,6 @@ constexpr DerivedKey kDerivedKeys[] = {
     {"haptic_proxy.robot_stiffness", "robot_proxy.stiffness"},
     {"haptic_proxy.period", "control_period"},
     {"haptic_controller.period", "control_period"},
-    {"position_force.map", "map"},
-    {"position_force.link", "link"},
     {"device.period", "control_period"},
     {"sensor.tool_mass", "scene.tool_mass"},
     {"sensor.tool_com", "scene"},

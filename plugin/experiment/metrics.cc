@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -158,6 +159,12 @@ std::vector<Interval> FindIntervals(const Mask& mask) {
 /** The first row whose time is `at` or later. */
 Index FindRow(const VectorXd& time, double at) {
   return std::lower_bound(time.begin(), time.end(), at) - time.begin();
+}
+
+// Whether the log has all of some signals: without them a metric is null.
+bool HasAll(const RunLog& log, std::initializer_list<const char*> names) {
+  return std::all_of(names.begin(), names.end(),
+                     [&log](const char* name) { return log.Has(name); });
 }
 
 Mask FindTouching(const RunLog& log) {
@@ -420,7 +427,9 @@ void AddForceMetrics(const RunLog& log, const MetricsParams& params,
     values->at("haptic_force_rms_air_N") = CalcRms(felt, truth.hand_air);
   }
 
-  const Mask active = log.Signal<1>("dimension").array() > 0;
+  const Mask active = log.Has("dimension")
+                          ? Mask(log.Signal<1>("dimension").array() > 0)
+                          : Mask::Constant(log.time.size(), false);
   if (active.any()) {
     const MatrixX3d error =
         log.Signal<3>("sensed_force") - log.Signal<3>("reference_force");
@@ -447,9 +456,9 @@ void AddForceMetrics(const RunLog& log, const MetricsParams& params,
   }
 }
 
-void AddPerceptionMetrics(const RunLog& log, const MetricsParams& params,
-                          const Truth& truth, Values* values) {
-  if (!params.has_filter) return;
+void AddPerceptionMetrics(const RunLog& log, const Truth& truth,
+                          Values* values) {
+  if (!HasAll(log, {"dimension", "force_direction", "force_selection"})) return;
   const auto dimension = log.Signal<1>("dimension").array();
   const Mask right = dimension == log.Signal<1>("contact_dimension").array();
   const auto share = [](const Mask& some, const Mask& all) {
@@ -614,13 +623,15 @@ Metrics ComputeMetrics(const RunLog& log, const MetricsParams& params,
   }
   AddArmMetrics(log, params, &values);
   log.Release();
-  if (n > 1) {
+  if (n > 1 &&
+      HasAll(log, {"contact_force", "contact_normal", "contact_dimension",
+                   "robot_position", "hand_position", "device_position"})) {
     const Truth truth = FindTruth(log, params);
     AddPositionMetrics(log, params, truth, &values);
     log.Release();
     AddForceMetrics(log, params, truth, &values);
     log.Release();
-    AddPerceptionMetrics(log, params, truth, &values);
+    AddPerceptionMetrics(log, truth, &values);
     if (angular) AddRotationMetrics(log, truth, &values);
     AddCounts(log, truth, &values);
   }
@@ -686,13 +697,17 @@ std::string MetricsJson(const Metrics& metrics) {
 }
 
 VectorXd CalcNormalErrorDeg(const RunLog& log) {
+  VectorXd error = VectorXd::Constant(log.time.size(),
+                                      std::numeric_limits<double>::quiet_NaN());
+  if (!HasAll(log, {"contact_force", "contact_normal", "contact_dimension",
+                    "dimension", "force_direction", "force_selection"})) {
+    return error;
+  }
   const auto normal = log.Signal<3>("contact_normal");
   const auto direction = log.Signal<3>("force_direction");
   const auto true_dimension = log.Signal<1>("contact_dimension");
   const auto dimension = log.Signal<1>("dimension");
   const Mask touching = FindTouching(log);
-  VectorXd error = VectorXd::Constant(log.time.size(),
-                                      std::numeric_limits<double>::quiet_NaN());
   for (Index i = 0; i < error.size(); ++i) {
     if (!touching(i) || !(dimension(i) > 0) || !(normal.row(i).norm() > 0.5)) {
       continue;

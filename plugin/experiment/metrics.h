@@ -76,9 +76,6 @@ struct MetricsParams {
   WorkspaceMapParams map{};
   /** One-way delay of the link, s, >= 0. */
   double delay{0};
-  /** Whether the scheme has a force-space particle filter, which can be right
-  or wrong; the metrics of perception are null without it. */
-  bool has_filter{true};
   /** What the run must not exceed. */
   ArmLimits arm{};
   /** s, > 0. */

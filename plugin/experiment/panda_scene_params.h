@@ -22,6 +22,11 @@ inline constexpr double kTipRadius = 0.010;
 inline constexpr double kToolMass = 0.2;
 /** Its centre of mass, m, in the sensor's frame S. */
 inline const Eigen::Vector3d kToolCom{0.0, 0.0, 0.035};
+/** Its moments of inertia about that, along the axes of S, kg m^2, when its
+mass is kToolMass. */
+inline const Eigen::Vector3d kToolMoments{0.00019, 0.00019, 0.00008};
+/** p_SE: position of the tool point from the sensor, m, in S. */
+inline const Eigen::Vector3d kSensorToToolPoint{0, 0, 0.1};
 
 /** What of the tool touches. */
 enum class Tool {

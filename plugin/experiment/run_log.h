@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include "dual_proxy/sides/signal_layout.h"
+#include "dual_proxy/common/signal_layout.h"
 
 namespace dual_proxy {
 

@@ -111,7 +111,7 @@ std::string FindUnstableLoop(const Scenario& scenario, double control_period,
     return Join("motion control (controller.rotation_damping ",
                 controller.rotation_damping, ") swings");
   }
-  if (scenario.scheme != Scheme::kDualProxy) return {};
+  if (!UsesSelections(scenario.scheme)) return {};
   ForceLoopParams loop = MakeForceLoopParams(controller);
   loop.period = period;
   const ContactModel contact{.stiffness = scenario.scene.contact_stiffness,
@@ -139,14 +139,9 @@ void OperatorParams::Validate() const {
 }
 
 void Scenario::ApplyPresets() {
-  if (scheme == Scheme::kPositionForce) {
-    // The paper's gains for its two-channel controller; none of what the dual
-    // proxy's controller adds.
-    controller.position_stiffness = 100;
-    controller.position_damping = 20;
-    controller.feed_forward = false;
-    robot_proxy.max_motion_error = 0;
-  }
+  Schemes::ForEach([this]<typename S>() {
+    if (scheme == SchemeOf<S>) S::ApplyPresets(&robot_proxy, &controller);
+  });
   if (law == Law::kPrinted) {
     robot_proxy.handover = Handover::kPrinted;
     filter.likelihood = Likelihood::kPaper;
@@ -179,8 +174,8 @@ void Scenario::ResolvePaths(const std::string& directory) {
 void Scenario::Distribute() {
   ResolvePaths();
   map.p_cw = scene.start_position;
-  robot_proxy.map = haptic_proxy.map = position_force.map = map;
-  robot_proxy.link = haptic_proxy.link = position_force.link = link.monitor;
+  robot_proxy.map = haptic_proxy.map = map;
+  robot_proxy.link = haptic_proxy.link = link.monitor;
   haptic_proxy.robot_stiffness = robot_proxy.stiffness;
   // The controller ignores its loops' own switches and periods; the copies are
   // kept right for whoever reads them.
@@ -245,7 +240,7 @@ void Scenario::CheckAcross() const {
              "sensor.tare_max_noise (", sensor.tare_max_noise,
              " N), or no bias can be learned, got ", sensor.force_noise_std));
   }
-  if (scheme == Scheme::kDualProxy) {
+  if (UsesSelections(scheme)) {
     CheckAgainstNoise("filter", filter, sensor.force_noise_std);
   }
   if (has_angular_filter()) {

@@ -9,7 +9,6 @@
 
 #include <Eigen/Core>
 
-#include "dual_proxy/baselines/position_force.h"
 #include "dual_proxy/common/enum_strings.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/haptic_controller.h"
@@ -21,10 +20,11 @@
 #include "dual_proxy/link/communication_channel.h"
 #include "dual_proxy/link/link_monitor.h"
 #include "dual_proxy/link/pose_sender.h"
-#include "dual_proxy/perception/force_space_particle_filter.h"
+#include "dual_proxy/perception/contact_perception.h"
 #include "dual_proxy/proxy/haptic_side_proxy.h"
 #include "dual_proxy/proxy/robot_side_proxy.h"
 #include "dual_proxy/proxy/workspace_map.h"
+#include "dual_proxy/schemes/schemes.h"
 #include "dual_proxy/simulation/force_torque_sensor.h"
 #include "dual_proxy/simulation/haptic_device.h"
 #include "dual_proxy/simulation/operator.h"
@@ -38,19 +38,6 @@ template <>
 struct EnumStrings<Robot> {
   static constexpr std::pair<Robot, const char*> kValues[] = {
       {Robot::kPanda, "panda"}};
-};
-
-/** Teleoperation scheme. */
-enum class Scheme {
-  kDualProxy,
-  kPositionForce,  ///< The two-channel baseline.
-};
-
-template <>
-struct EnumStrings<Scheme> {
-  static constexpr std::pair<Scheme, const char*> kValues[] = {
-      {Scheme::kDualProxy, "dual_proxy"},
-      {Scheme::kPositionForce, "position_force"}};
 };
 
 /** Which version of the dual proxy's law. */
@@ -97,37 +84,6 @@ struct LinkParams {
     VisitEmbedded(a, "sender", &sender, "of messages");
     VisitEmbedded(a, "channel", &channel, "that carries them");
     VisitEmbedded(a, "monitor", &monitor, "of those that arrive");
-  }
-};
-
-/** The angular filter: a force-space particle filter of moments and angular
-velocity, which finds the directions in which rotation is blocked. Its keys
-stand directly in `angular_filter`. */
-struct AngularFilterParams {
-  bool enabled{false};
-  /** The thresholds fit a tool some centimetres wide that is pressed with some
-  newtons: on its edge the moment is 0.2 N m; that of friction, which blocks
-  nothing, is a third of that and to stay below. */
-  ForceSpaceParticleFilterParams filter{MakeDefaults()};
-
-  /** @throws std::invalid_argument naming the field, its range and value. */
-  void Validate() const { filter.Validate(); }
-
-  /** Visits every field by name; see common/serialize.h. */
-  template <typename Archive>
-  void Serialize(Archive* a) {
-    a->Visit(Field("enabled", &enabled,
-                   "whether it runs; without it no moment is controlled"));
-    VisitEmbedded(a, "filter", &filter, "with N m for N and rad/s for m/s");
-  }
-
- private:
-  static ForceSpaceParticleFilterParams MakeDefaults() {
-    ForceSpaceParticleFilterParams params;
-    params.likelihood = Likelihood::kPaper;
-    params.update_thresholds = {0.08, 0.2, 0.02, 0.1};
-    params.resampling_thresholds = {0, 0.05, 0.02, 0.2};
-    return params;
   }
 };
 
@@ -208,7 +164,7 @@ struct Scenario {
   std::string name{"scenario"};
   std::string description;
   Robot robot{Robot::kPanda};
-  Scheme scheme{Scheme::kDualProxy};
+  Scheme scheme{SchemeOf<DualProxyScheme>};
   Law law{Law::kDefault};
   double duration{20};
   bool extend_for_delay{true};
@@ -243,7 +199,7 @@ struct Scenario {
   AngularFilterParams angular_filter;
   HapticSideProxyParams haptic_proxy;
   HapticControllerParams haptic_controller;
-  PositionForceHapticSideParams position_force;
+  SchemesParams schemes;  ///< Of each scheme that has some of its own.
   SimulatedHapticDeviceParams device;
   ForceTorqueSensorParams sensor{[] {
     ForceTorqueSensorParams params;
@@ -314,7 +270,7 @@ struct Scenario {
 
   /** Whether the angular filter runs: it is enabled, and the scheme has it. */
   bool has_angular_filter() const {
-    return angular_filter.enabled && scheme == Scheme::kDualProxy;
+    return angular_filter.enabled && UsesSelections(scheme);
   }
 
   /** The seed of a stream of random numbers, from `seed`. */
@@ -332,7 +288,7 @@ struct Scenario {
     VisitEnum(a, "Scenario", "robot", &robot, "which arm");
     if (scheme_and_law) {
       VisitEnum(a, "Scenario", "scheme", &scheme,
-                "position_force is the two-channel baseline");
+                "how the two sides work together");
       VisitEnum(a, "Scenario", "law", &law,
                 "this project's, or the paper's to the letter");
     }
@@ -354,13 +310,11 @@ struct Scenario {
                    "the dual proxy on the robot's side"));
     a->Visit(Field("controller", &controller, "of the robot"));
     a->Visit(Field("filter", &filter, "at 100 Hz; see docs/benchmarks.md"));
-    a->Visit(
-        Field("angular_filter", &angular_filter, "of the dual proxy only"));
+    a->Visit(Field("angular_filter", &angular_filter, "of moments"));
     a->Visit(Field("haptic_proxy", &haptic_proxy,
                    "the dual proxy on the device's side"));
     a->Visit(Field("haptic_controller", &haptic_controller, "of the device"));
-    a->Visit(Field("position_force", &position_force,
-                   "the two-channel baseline on the device's side"));
+    a->Visit(Field("schemes", &schemes, "of each scheme that has some"));
     a->Visit(
         Field("device", &device, "what stands for the device and its hand"));
     a->Visit(Field("sensor", &sensor, "between arm and tool"));

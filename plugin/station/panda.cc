@@ -55,11 +55,6 @@ constexpr int kNumJoints = 7;
 // The flange, where the sensor's frame S is, in panda_link7, m.
 const Vector3d p_7S{0, 0, 0.107};
 
-// What is beyond the flange (the sensor's own moving half, the shaft, the tip)
-// has these moments of inertia about its centre of mass, along the axes of S,
-// kg m^2, when its mass is kToolMass.
-const Vector3d kToolMoments{0.00019, 0.00019, 0.00008};
-
 DiscreteContactApproximation ToDrake(ContactApproximation approximation) {
   switch (approximation) {
     case ContactApproximation::kLagged:

@@ -25,8 +25,6 @@ inline const Vector7 kPandaQRest{{0, -0.0339, 0, -2.5555, 0, 2.5216, 0}};
 /** R_BE that points the tool straight down. */
 inline const Eigen::Matrix3d kToolPointingDown{
     Eigen::Vector3d(1, -1, -1).asDiagonal()};
-/** p_SE: position of the tool point from the sensor, m, in S. */
-inline const Eigen::Vector3d kSensorToToolPoint{0, 0, 0.1};
 
 /** What AddPandaScene() added, and the ports to wire. */
 struct PandaScene {

@@ -1,12 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <vector>
+
+#include <drake/multibody/math/spatial_algebra.h>
 #include <drake/multibody/tree/multibody_tree_indexes.h>
 #include <drake/systems/framework/leaf_system.h>
+#include <Eigen/Core>
 
 namespace dual_proxy {
 
-/** What the simulated wrist sensor takes: the arm's wrench on the tool.
+/** Of MultibodyPlant's port `reaction_forces`. */
+using SpatialForces = std::vector<drake::multibody::SpatialForce<double>>;
+
+/** What the simulated wrist sensor takes, [force; moment about S's origin], N,
+N m, in S: the arm's wrench on the tool.
+@param sensor_joint PandaScene::sensor_joint. */
+Eigen::Matrix<double, 6, 1> ReadSensorReaction(
+    const SpatialForces& forces, drake::multibody::JointIndex sensor_joint);
+
+/** ReadSensorReaction() as a system.
 
 @system
 name: SensorReactionSystem

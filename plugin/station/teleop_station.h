@@ -9,11 +9,11 @@
 #include <drake/systems/framework/diagram_builder.h>
 #include <drake/systems/primitives/vector_log_sink.h>
 
+#include "dual_proxy/common/signal_layout.h"
 #include "dual_proxy/experiment/metrics.h"
 #include "dual_proxy/experiment/run_log.h"
 #include "dual_proxy/experiment/run_log_store.h"
 #include "dual_proxy/experiment/scenario.h"
-#include "dual_proxy/sides/signal_layout.h"
 #include "dual_proxy/simulation/operator.h"
 #include "dual_proxy/station/panda.h"
 
@@ -39,25 +39,31 @@ struct TeleopStation {
   double log_period{0};
   /** Where the operator means the handle to be, in D. */
   OperatorPath path;
-  Scheme scheme{Scheme::kDualProxy};
+};
+
+/** How a station is wired; both give the same bits. */
+enum class Wiring {
+  kFused,    ///< All but the arm is one system: fast.
+  kSystems,  ///< Systems to look at, to change and to replace.
 };
 
 /** Adds all of a scenario to a diagram; nothing here is control.
 
-    operator -> device -> haptic_side --pose--> to_robot --> robot_side -> panda
-                  ^           |                                |  ^          |
-                  +--- F_h ---+ <--pose, Omega-- to_device <---+  +- filter <+
+    kFused:                 loop <-> panda
+    kSystems: haptic_side -> to_robot -> robot_side <-> panda
+              haptic_side <- to_device <- robot_side
 
 The systems have the names of the picture, and the diagram's outputs are
 `robot_state` (14), `sensed_wrench` (6), `torque` (7), `device_pose`,
-`device_wrench` (6), with the dual proxy `force_selection` (9) and `dimension`
-(1), and with the angular filter (a second one, `angular_filter`)
-`moment_selection` (9) and `moment_dimension` (1). The same wiring as
-dual_proxy.station in Python, and the same bits.
+`device_wrench` (6), with a scheme that uses them `force_selection` (9) and
+`dimension` (1), and with the angular filter `moment_selection` (9) and
+`moment_dimension` (1). The same as dual_proxy.station in Python, and the same
+bits.
 @throws std::exception if the scenario is not valid, or no posture of the arm
 reaches the start. */
 TeleopStation AddTeleopStation(drake::systems::DiagramBuilder<double>* builder,
-                               const Scenario& scenario);
+                               const Scenario& scenario,
+                               Wiring wiring = Wiring::kFused);
 
 /** Room for the log of a run.
 @param duration of the run, s, >= 0.

@@ -52,14 +52,6 @@ inline bool EvalFlag(const drake::systems::InputPort<double>& port,
   return port.HasValue(context) ? port.Eval(context)(0) > 0.5 : otherwise;
 }
 
-/** The message at a port, the empty one if it is not connected. */
-template <typename Message>
-const Message& EvalMessage(const drake::systems::InputPort<double>& port,
-                           const drake::systems::Context<double>& context) {
-  static const Message empty;
-  return port.HasValue(context) ? port.template Eval<Message>(context) : empty;
-}
-
 /** Writes a matrix row by row. */
 template <typename Matrix>
 void WriteRows(const Matrix& matrix, Eigen::Ref<Eigen::VectorXd> vector) {

@@ -2,7 +2,6 @@
 #include "dual_proxy/control/arm_kinematics_system.h"
 
 #include "dual_proxy/common/face.h"
-#include "dual_proxy/sides/robot_side.h"
 
 namespace dual_proxy {
 
@@ -32,7 +31,7 @@ void ArmKinematicsSystem::CalcVelocity(
   Pose pose;
   ModelTerms terms;
   arm_.Calc(x.head<7>(), x.tail<7>(), &pose, &terms);
-  velocity->get_mutable_value() = RobotSide::CalcTwist(terms.J_BE, x.tail<7>());
+  velocity->get_mutable_value() = CalcTwist(terms.J_BE, x.tail<7>());
 }
 
 }  // namespace dual_proxy

@@ -23,27 +23,6 @@ constexpr int kNumJoints = 7;
 // Of the largest principal moment: rounding of printed inertias.
 constexpr double kInertiaTolerance = 1e-6;
 
-void ThrowUnlessInertia(const char* who, const char* field,
-                        const Matrix3d& value) {
-  ThrowUnlessIn(who, field, value, Finite());
-  const double tolerance = kInertiaTolerance * value.cwiseAbs().maxCoeff();
-  const double asymmetry = (value - value.transpose()).cwiseAbs().maxCoeff();
-  if (asymmetry > tolerance) {
-    ThrowInvalidField(who, field, "a symmetric matrix: asymmetry 0", asymmetry);
-  }
-  const Vector3d moments =
-      Eigen::SelfAdjointEigenSolver<Matrix3d>(value, Eigen::EigenvaluesOnly)
-          .eigenvalues();  // In increasing order.
-  if (moments(0) < -tolerance) {
-    ThrowInvalidField(who, field, "principal moments >= 0", moments(0));
-  }
-  if (moments(2) > moments(0) + moments(1) + tolerance) {
-    ThrowInvalidField(who, field,
-                      "no principal moment above the sum of the others",
-                      moments(2));
-  }
-}
-
 std::string Indexed(const char* field, int index) {
   std::string name(field);
   name += '[';
@@ -72,6 +51,31 @@ struct Inertia {
 };
 
 }  // namespace
+
+Vector6 CalcTwist(const Matrix67& J_BE, const Vector7& v) noexcept {
+  return J_BE * v;
+}
+
+void ThrowUnlessInertia(const char* who, const char* field,
+                        const Matrix3d& value) {
+  ThrowUnlessIn(who, field, value, Finite());
+  const double tolerance = kInertiaTolerance * value.cwiseAbs().maxCoeff();
+  const double asymmetry = (value - value.transpose()).cwiseAbs().maxCoeff();
+  if (asymmetry > tolerance) {
+    ThrowInvalidField(who, field, "a symmetric matrix: asymmetry 0", asymmetry);
+  }
+  const Vector3d moments =
+      Eigen::SelfAdjointEigenSolver<Matrix3d>(value, Eigen::EigenvaluesOnly)
+          .eigenvalues();  // In increasing order.
+  if (moments(0) < -tolerance) {
+    ThrowInvalidField(who, field, "principal moments >= 0", moments(0));
+  }
+  if (moments(2) > moments(0) + moments(1) + tolerance) {
+    ThrowInvalidField(who, field,
+                      "no principal moment above the sum of the others",
+                      moments(2));
+  }
+}
 
 void ArmModelParams::Validate() const {
   const char* who = "ArmModelParams";

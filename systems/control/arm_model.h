@@ -43,6 +43,15 @@ struct ArmModelParams {
   }
 };
 
+/** A check of the kind in common/validate.h: of an inertia as ArmModelParams
+has them. */
+void ThrowUnlessInertia(const char* who, const char* field,
+                        const Eigen::Matrix3d& value);
+
+/** Twist of E in B, [linear; angular], m/s, rad/s: J_BE v. One function, so
+that whoever needs it gets the same bits. */
+Vector6 CalcTwist(const Matrix67& J_BE, const Vector7& v) noexcept;
+
 /** Kinematics and rigid-body dynamics of a serial arm with seven revolute
 joints: all that the operational-space controller asks of a model.
 

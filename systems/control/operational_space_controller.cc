@@ -285,13 +285,15 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
   const Vector6 twist = model.J_BE * input.v;
   const Vector3d v_BE = twist.head<3>();
   const Vector3d w_BE = twist.tail<3>();
-  // Without a sensor there is no force space, and no error of force.
-  const bool ready = input.sensor_ready;
+  // Without a sensor that is ready no loop is closed: there is no force space,
+  // and no error of force.
+  const bool ready = input.sensor_ready || !input.force_feedback;
   const Matrix3d none = Matrix3d::Zero();
   const Matrix3d& asked_f = ready ? input.force_selection : none;
   const Matrix3d& asked_tau = ready ? input.moment_selection : none;
   Vector6 sensed = input.sensed_wrench;
-  if (!ready) sensed << input.reference_force, input.reference_moment;
+  if (!input.sensor_ready)
+    sensed << input.reference_force, input.reference_moment;
   const Matrix3d& Omega_f = blend_.Update(asked_f, &state->force_selection);
   const Matrix3d& Omega_tau =
       blend_.Update(asked_tau, &state->moment_selection);
@@ -318,12 +320,17 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
 
   // Force: eq. (13).
   OperationalSpaceControllerOutput output;
-  output.contact_force =
-      force_loop_.Update(input.reference_force, sensed.head<3>(), v_BE, asked_f,
-                         Omega_f, &state->force);
-  output.contact_moment =
-      moment_loop_.Update(input.reference_moment, sensed.tail<3>(), w_BE,
-                          asked_tau, Omega_tau, &state->moment);
+  if (input.force_feedback) {
+    output.contact_force =
+        force_loop_.Update(input.reference_force, sensed.head<3>(), v_BE,
+                           asked_f, Omega_f, &state->force);
+    output.contact_moment =
+        moment_loop_.Update(input.reference_moment, sensed.tail<3>(), w_BE,
+                            asked_tau, Omega_tau, &state->moment);
+  } else {
+    output.contact_force = Omega_f * input.reference_force;
+    output.contact_moment = Omega_tau * input.reference_moment;
+  }
   Vector6 contact_wrench;
   contact_wrench << output.contact_force, output.contact_moment;
 

@@ -219,6 +219,9 @@ struct OperationalSpaceControllerInput {
   Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
   /** Omega_tau, a projection. */
   Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
+  /** Whether force and moment are controlled by the loops of eq. (13). False:
+  F_f is reference_force as it is, and M_f reference_moment, in force space. */
+  bool force_feedback{true};
   /** [force; moment about E], N, N m. */
   Vector6 sensed_wrench{Vector6::Zero()};
   /** Whether the force sensor can be relied on; without it nothing is
@@ -264,7 +267,7 @@ to (17), in six degrees of freedom:
 
     a   = Omega_m   (-[Kpm dx_m] - Kvm (v - v_p) + a_p)          linear
         ; Omega_rot (-[Kp dphi_m] - Kv (w - w_p) + alpha_p)      angular
-    F_f, M_f by ForceLoop                                        eq. (13)
+    F_f, M_f by ForceLoop, or as given (force_feedback)          eq. (13)
     tau = J^T (Lambda (a - Jdot v) + [F_f; M_f]) + C v - g + N^T tau_0
     N^T tau_0 = A u - J^T Lambda J u,   u = Kq (q_rest - q) - Dq v
 

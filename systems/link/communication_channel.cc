@@ -10,14 +10,12 @@ void CommunicationChannelParams::Validate() const {
   ValidateFields("CommunicationChannelParams", *this);
 }
 
-template <class Message>
-InFlightMessages<Message>::InFlightMessages(const InFlightMessages& other)
+InFlightMessages::InFlightMessages(const InFlightMessages& other)
     : InFlightMessages() {
   *this = other;
 }
 
-template <class Message>
-InFlightMessages<Message>& InFlightMessages<Message>::operator=(
+InFlightMessages& InFlightMessages::operator=(
     const InFlightMessages& other) noexcept {
   if (this != &other) {
     std::copy_n(other.items_.begin(), other.size_, items_.begin());
@@ -26,9 +24,8 @@ InFlightMessages<Message>& InFlightMessages<Message>::operator=(
   return *this;
 }
 
-template <class Message>
-bool InFlightMessages<Message>::Push(double arrival_time,
-                                     const Message& message) noexcept {
+bool InFlightMessages::Push(double arrival_time,
+                            const Message& message) noexcept {
   const bool full = size_ == kCapacity;
   if (full) {
     std::copy(items_.begin() + 1, items_.end(), items_.begin());
@@ -39,8 +36,7 @@ bool InFlightMessages<Message>::Push(double arrival_time,
   return full;
 }
 
-template <class Message>
-void InFlightMessages<Message>::EraseArrived(double time) noexcept {
+void InFlightMessages::EraseArrived(double time) noexcept {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < size_; ++i) {
     if (items_[i].arrival_time <= time) continue;
@@ -50,25 +46,21 @@ void InFlightMessages<Message>::EraseArrived(double time) noexcept {
   size_ = kept;
 }
 
-template <class Message>
-CommunicationChannel<Message>::CommunicationChannel(
-    CommunicationChannelParams params)
+CommunicationChannel::CommunicationChannel(CommunicationChannelParams params)
     : params_(params) {
   params_.Validate();
 }
 
-template <class Message>
-CommunicationChannelState<Message> CommunicationChannel<Message>::MakeState(
+CommunicationChannelState CommunicationChannel::MakeState(
     std::uint64_t seed) const {
-  CommunicationChannelState<Message> state;
+  CommunicationChannelState state;
   state.random = RandomStream(seed);
   return state;
 }
 
-template <class Message>
-void CommunicationChannel<Message>::Send(
+void CommunicationChannel::Send(
     double time, const Message& message,
-    CommunicationChannelState<Message>* state) const noexcept {
+    CommunicationChannelState* state) const noexcept {
   if (message.sequence == -1 || message.sequence == state->last_sequence) {
     return;
   }
@@ -104,10 +96,8 @@ void CommunicationChannel<Message>::Send(
   if (state->in_flight.Push(arrival_time, message)) ++state->overflow;
 }
 
-template <class Message>
-const Message& CommunicationChannel<Message>::Receive(
-    double time,
-    const CommunicationChannelState<Message>& state) const noexcept {
+const Message& CommunicationChannel::Receive(
+    double time, const CommunicationChannelState& state) const noexcept {
   const Message* latest = &state.delivered;
   double latest_time = state.delivered_time;
   for (std::size_t i = 0; i < state.in_flight.size(); ++i) {
@@ -119,10 +109,5 @@ const Message& CommunicationChannel<Message>::Receive(
   }
   return *latest;
 }
-
-template class InFlightMessages<PoseMessage>;
-template class InFlightMessages<ForceMessage>;
-template class CommunicationChannel<PoseMessage>;
-template class CommunicationChannel<ForceMessage>;
 
 }  // namespace dual_proxy

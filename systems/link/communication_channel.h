@@ -41,7 +41,6 @@ struct CommunicationChannelParams {
 
 /** The messages under way, in the order sent, in memory that is allocated once.
 A copy costs what is in it, not what it can hold: simulators copy states. */
-template <class Message>
 class InFlightMessages {
  public:
   struct Item {
@@ -73,10 +72,9 @@ class InFlightMessages {
 
 /** Memory of a channel: what is under way, the generator and counters. Copies
 continue with the same random numbers. */
-template <class Message>
 struct CommunicationChannelState {
   RandomStream random;
-  InFlightMessages<Message> in_flight;
+  InFlightMessages in_flight;
   Message delivered;  ///< The last arrived message, as of the last Send().
   double delivered_time{-std::numeric_limits<double>::infinity()};
   double last_arrival_time{-std::numeric_limits<double>::infinity()};
@@ -93,16 +91,20 @@ Draws two random numbers per message whether or not they are used, so that with
 one seed the messages lost are the same for every delay and jitter, and the
 jitter of a message is the same for every loss. Values do not depend on the
 platform. */
-template <class Message>
 class CommunicationChannel {
  public:
+  /** When whoever runs a channel looks for the sender's newest message, in
+  control periods after each multiple of the message's interval: more than the
+  half that the sender may be late, and between two periods. */
+  static constexpr double kLook = 0.6;
+
   /** @throws std::invalid_argument for parameters out of range. */
   explicit CommunicationChannel(CommunicationChannelParams params);
 
   const CommunicationChannelParams& params() const { return params_; }
 
   /** An empty channel; allocates all the memory it will ever use. */
-  CommunicationChannelState<Message> MakeState(std::uint64_t seed) const;
+  CommunicationChannelState MakeState(std::uint64_t seed) const;
 
   /** Offers the sender's newest message at `time` (s, not decreasing). One
   whose sequence is -1 or that of the last call is no new message and ignored;
@@ -110,24 +112,18 @@ class CommunicationChannel {
   InFlightMessages::kCapacity messages under way the oldest is dropped and
   counted. No heap, no throw. */
   void Send(double time, const Message& message,
-            CommunicationChannelState<Message>* state) const noexcept;
+            CommunicationChannelState* state) const noexcept;
 
   /** The message with the latest arrival time that is not after `time`, or the
   empty message (sequence -1). Where messages overtake one another, its sequence
   may be smaller than before: LinkMonitor drops these.
   @pre `time` is not before that of the last Send().
   @returns a reference into `state`, valid until the next Send(). */
-  const Message& Receive(
-      double time,
-      const CommunicationChannelState<Message>& state) const noexcept;
+  const Message& Receive(double time,
+                         const CommunicationChannelState& state) const noexcept;
 
  private:
   CommunicationChannelParams params_;
 };
-
-extern template class InFlightMessages<PoseMessage>;
-extern template class InFlightMessages<ForceMessage>;
-extern template class CommunicationChannel<PoseMessage>;
-extern template class CommunicationChannel<ForceMessage>;
 
 }  // namespace dual_proxy

@@ -2,34 +2,26 @@
 #include "dual_proxy/link/communication_channel_system.h"
 
 #include "dual_proxy/common/validate.h"
+#include "dual_proxy/link/message_port.h"
 
 namespace dual_proxy {
-namespace {
-
-// When the channel looks for a message, in periods after each multiple of its
-// interval: more than the half that the sender may be late, and between steps
-// for every rate in use.
-constexpr double kLook = 0.6;
-
-}  // namespace
-
-template <class Message>
-CommunicationChannelSystem<Message>::CommunicationChannelSystem(
+CommunicationChannelSystem::CommunicationChannelSystem(
     const CommunicationChannelParams& params, std::uint64_t seed, double rate,
-    double period, bool counted)
-    : Face<CommunicationChannelState<Message>>(Feedthrough::kNo),
-      channel_(params) {
+    double period, bool counted, MessageTag tag)
+    : Face<CommunicationChannelState>(Feedthrough::kNo),
+      channel_(params),
+      tag_(tag) {
   const char* const who = "CommunicationChannelSystem";
   ThrowUnlessIn(who, "rate", rate, Above(0));
   ThrowUnlessIn(who, "period", period, Above(0));
-  this->template DeclareValueInput<Message>("message");
-  this->DeclareMemory(channel_.MakeState(seed), 1 / rate, kLook * period);
-  this->DeclareAbstractOutputPort("message",
-                                  &CommunicationChannelSystem::CalcMessage,
-                                  {this->result_ticket(), this->time_ticket()});
+  DeclareValueInput<Message>("message");
+  DeclareMemory(channel_.MakeState(seed), 1 / rate,
+                CommunicationChannel::kLook * period);
+  DeclareAbstractOutputPort("message", &CommunicationChannelSystem::CalcMessage,
+                            {result_ticket(), time_ticket()});
   if (!counted) return;
-  using State = CommunicationChannelState<Message>;
-  this->DeclareVectorOutput(
+  using State = CommunicationChannelState;
+  DeclareVectorOutput(
       "counters", 3,
       [](const State& state, Eigen::Ref<Eigen::VectorXd> counters) {
         counters << static_cast<double>(state.lost),
@@ -38,21 +30,15 @@ CommunicationChannelSystem<Message>::CommunicationChannelSystem(
       });
 }
 
-template <class Message>
-void CommunicationChannelSystem<Message>::Step(
-    const Context& context, CommunicationChannelState<Message>* state) const {
+void CommunicationChannelSystem::Step(const Context& context,
+                                      CommunicationChannelState* state) const {
   channel_.Send(context.get_time(),
-                get_message_input_port().template Eval<Message>(context),
-                state);
+                EvalMessage(get_message_input_port(), context, tag_), state);
 }
 
-template <class Message>
-void CommunicationChannelSystem<Message>::CalcMessage(const Context& context,
-                                                      Message* message) const {
-  *message = channel_.Receive(context.get_time(), this->EvalResult(context));
+void CommunicationChannelSystem::CalcMessage(const Context& context,
+                                             Message* message) const {
+  *message = channel_.Receive(context.get_time(), EvalResult(context));
 }
-
-template class CommunicationChannelSystem<PoseMessage>;
-template class CommunicationChannelSystem<ForceMessage>;
 
 }  // namespace dual_proxy

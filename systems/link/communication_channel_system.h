@@ -20,7 +20,8 @@ output_ports:
 - counters (only if asked for)
 @endsystem
 
-Input port: `message`, abstract Message: the sender's newest.
+Input port: `message`, abstract Message: the sender's newest, of the kind that
+the channel is made for.
 
 Output ports:
 - `message`, abstract Message: the newest that has arrived, the empty one
@@ -34,48 +35,39 @@ one step later, as if the delay were zero and the two sides were neighbours. For
 that the channel looks for a new message between two steps, 0.6 periods after
 each multiple of 1/`rate`: the sender, which starts at time 0, has then taken
 its step nearest to it. What has arrived is a function of time, so the output
-needs no step in between. It is without feedthrough.
-
-@tparam Message PoseMessage or ForceMessage. */
-template <class Message>
+needs no step in between. It is without feedthrough. */
 class CommunicationChannelSystem final
-    : public Face<CommunicationChannelState<Message>> {
+    : public Face<CommunicationChannelState> {
  public:
-  using typename Face<CommunicationChannelState<Message>>::InputPort;
-  using typename Face<CommunicationChannelState<Message>>::OutputPort;
-
   /** @param params delay and its disturbances.
   @param seed of jitter and loss.
   @param rate Hz, > 0, how often the input is looked at: the sender's rate.
   @param period s, > 0, of the two sides' steps.
   @param counted whether there is the port `counters`.
+  @param tag of the messages that it carries, those of another kind being an
+  error of the wiring.
   @throws std::invalid_argument if one of them is invalid. */
   explicit CommunicationChannelSystem(
       const CommunicationChannelParams& params = {}, std::uint64_t seed = 0,
-      double rate = 50, double period = 0.001, bool counted = false);
+      double rate = 50, double period = 0.001, bool counted = false,
+      MessageTag tag = PoseMessage::kTag);
 
-  const InputPort& get_message_input_port() const {
-    return this->get_input_port(0);
-  }
+  const InputPort& get_message_input_port() const { return get_input_port(0); }
   const OutputPort& get_message_output_port() const {
-    return this->get_output_port(0);
+    return get_output_port(0);
   }
   /** @throws std::exception unless it was asked for. */
   const OutputPort& get_counters_output_port() const {
-    return this->GetOutputPort("counters");
+    return GetOutputPort("counters");
   }
 
  private:
-  using typename Face<CommunicationChannelState<Message>>::Context;
-
   void Step(const Context& context,
-            CommunicationChannelState<Message>* state) const override;
+            CommunicationChannelState* state) const override;
   void CalcMessage(const Context& context, Message* message) const;
 
-  CommunicationChannel<Message> channel_;
+  CommunicationChannel channel_;
+  MessageTag tag_;
 };
-
-extern template class CommunicationChannelSystem<PoseMessage>;
-extern template class CommunicationChannelSystem<ForceMessage>;
 
 }  // namespace dual_proxy

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/link/message.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "dual_proxy/common/rotation.h"
 
@@ -12,16 +14,44 @@ namespace {
 // selection cannot amplify a force noticeably.
 constexpr double kSelectionTolerance = 1e-3;
 
+using Matrix3Map = Eigen::Map<Eigen::Matrix3d>;
+using ConstMatrix3Map = Eigen::Map<const Eigen::Matrix3d>;
+
 }  // namespace
 
-bool IsFinite(const PoseMessage& message) noexcept {
-  return std::isfinite(message.send_time) && message.pose.p.allFinite() &&
-         message.pose.R.allFinite() && message.force_selection.allFinite() &&
-         message.moment_selection.allFinite();
+std::string DescribeTag(MessageTag tag) {
+  if (tag == PoseMessage::kTag) return "PoseMessage";
+  if (tag == ForceMessage::kTag) return "ForceMessage";
+  return "a message with tag " + std::to_string(tag);
 }
 
-bool IsFinite(const ForceMessage& message) noexcept {
-  return std::isfinite(message.send_time) && message.force.allFinite();
+void PoseMessage::WriteBody(double* body) const noexcept {
+  Eigen::Map<Eigen::Vector3d>{body} = pose.p;
+  Matrix3Map{body + 3} = pose.R;
+  Matrix3Map{body + 12} = force_selection;
+  Matrix3Map{body + 21} = moment_selection;
+}
+
+void PoseMessage::ReadBody(const double* body) noexcept {
+  pose.p = Eigen::Map<const Eigen::Vector3d>{body};
+  pose.R = ConstMatrix3Map{body + 3};
+  force_selection = ConstMatrix3Map{body + 12};
+  moment_selection = ConstMatrix3Map{body + 21};
+}
+
+void ForceMessage::WriteBody(double* body) const noexcept {
+  Eigen::Map<Eigen::Vector3d>{body} = force;
+}
+
+void ForceMessage::ReadBody(const double* body) noexcept {
+  force = Eigen::Map<const Eigen::Vector3d>{body};
+}
+
+bool IsFinite(const Message& message) noexcept {
+  if (!std::isfinite(message.send_time)) return false;
+  if (!(message.size >= 0 && message.size <= Message::kMaxSize)) return false;
+  return std::all_of(message.body.begin(), message.body.begin() + message.size,
+                     [](double value) { return std::isfinite(value); });
 }
 
 bool IsSelection(const Eigen::Matrix3d& Omega) noexcept {
@@ -37,6 +67,8 @@ bool IsValid(const PoseMessage& message) noexcept {
          IsSelection(message.moment_selection);
 }
 
-bool IsValid(const ForceMessage& message) noexcept { return IsFinite(message); }
+bool IsValid(const ForceMessage& message) noexcept {
+  return std::isfinite(message.send_time) && message.force.allFinite();
+}
 
 }  // namespace dual_proxy

@@ -1,13 +1,45 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
 
 #include <Eigen/Core>
 
 #include "dual_proxy/common/pose.h"
 
 namespace dual_proxy {
+
+/** Says what a Message holds. */
+using MessageTag = std::uint32_t;
+
+/** A tag from a name: FNV-1a, never 0. Schemes name their messages; no list of
+tags has to be kept. */
+constexpr MessageTag MakeMessageTag(std::string_view name) {
+  MessageTag hash = 2166136261U;
+  for (const char c : name) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
+  }
+  return hash == 0 ? 1 : hash;
+}
+
+/** A tag for people: "PoseMessage", "ForceMessage", or its number. */
+std::string DescribeTag(MessageTag tag);
+
+/** What travels over the link, whatever the scheme: a header and up to kMaxSize
+numbers, whose meaning the tag tells. A plain value of fixed size. */
+struct Message {
+  static constexpr int kMaxSize = 32;
+
+  MessageTag tag{0};          ///< 0: nothing.
+  std::int32_t size{0};       ///< Numbers in use.
+  std::int64_t sequence{-1};  ///< 0, 1, 2, ...; -1: nothing has come yet.
+  double send_time{0};        ///< Sender's clock, s.
+  std::array<double, kMaxSize> body{};
+};
 
 /** What the dual proxy sends over the link, in both directions: a pose and the
 selections of force and moment space, never a force or a velocity.
@@ -17,26 +49,70 @@ measured from the device's home; the selections stay zero. From the robot side:
 the pose X_BE of the tool point and both selections, in the robot base frame B.
 The receiver maps them into its own frame (WorkspaceMap). */
 struct PoseMessage {
+  static constexpr MessageTag kTag = MakeMessageTag("pose");
+  static constexpr int kSize = 30;
+
   std::int64_t sequence{-1};  ///< 0, 1, 2, ...; -1: nothing has come yet.
   double send_time{0};        ///< Sender's clock, s.
-  Pose pose;                  ///< X_DH or X_BE.
+  Pose pose{};                ///< X_DH or X_BE.
   /// Omega_f, orthogonal projection onto force space, in B.
   Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
   /// Omega_tau, orthogonal projection onto moment space, in B.
   Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
+
+  /** Writes or reads the kSize numbers of the body. */
+  void WriteBody(double* body) const noexcept;
+  void ReadBody(const double* body) noexcept;
 };
 
 /** What the two-channel baseline sends from the robot to the device. */
 struct ForceMessage {
+  static constexpr MessageTag kTag = MakeMessageTag("force");
+  static constexpr int kSize = 3;
+
   std::int64_t sequence{-1};  ///< 0, 1, 2, ...; -1: nothing has come yet.
   double send_time{0};        ///< Sender's clock, s.
   /// Sensed force, robot on its environment, N, in B.
   Eigen::Vector3d force{Eigen::Vector3d::Zero()};
+
+  /** Writes or reads the kSize numbers of the body. */
+  void WriteBody(double* body) const noexcept;
+  void ReadBody(const double* body) noexcept;
 };
 
+/** `content`, a PoseMessage or the like, as a Message.
+@param tag  its own, or that of a scheme that gives it another meaning. */
+template <typename Content>
+Message ToMessage(const Content& content,
+                  MessageTag tag = Content::kTag) noexcept {
+  static_assert(Content::kSize <= Message::kMaxSize);
+  Message message{.tag = tag,
+                  .size = Content::kSize,
+                  .sequence = content.sequence,
+                  .send_time = content.send_time};
+  content.WriteBody(message.body.data());
+  return message;
+}
+
+/** The content of a message. One that is of another kind has NaN in place of
+its numbers, so that no receiver takes it for valid. */
+template <typename Content>
+Content FromMessage(const Message& message,
+                    MessageTag tag = Content::kTag) noexcept {
+  Content content;
+  content.sequence = message.sequence;
+  content.send_time = message.send_time;
+  if (message.sequence == -1) return content;
+  std::array<double, Message::kMaxSize> body = message.body;
+  if (message.tag != tag || message.size != Content::kSize) {
+    body.fill(std::numeric_limits<double>::quiet_NaN());
+  }
+  content.ReadBody(body.data());
+  return content;
+}
+
 /** True if every number in the message is finite. */
-bool IsFinite(const PoseMessage& message) noexcept;
-bool IsFinite(const ForceMessage& message) noexcept;
+bool IsFinite(const Message& message) noexcept;
 
 /** True if Omega is an orthogonal projection: finite, symmetric and idempotent
 to 1e-3 per entry. */

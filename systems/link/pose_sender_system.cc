@@ -11,10 +11,9 @@ PoseSenderSystem::PoseSenderSystem(const PoseSenderParams& params)
   DeclareVectorInputPort("force_selection", 9);
   DeclareVectorInputPort("moment_selection", 9);
   DeclareMemory(sender_.MakeState(), params.period);
-  DeclareValueOutput<PoseMessage>(
-      "message", [](const PoseSenderState& state) -> const PoseMessage& {
-        return state.message;
-      });
+  DeclareValueOutput<Message>("message", [](const PoseSenderState& state) {
+    return ToMessage(state.message);
+  });
 }
 
 void PoseSenderSystem::Step(const Context& context,

@@ -25,7 +25,7 @@ Input ports:
   (optional, zero).
 
 Output port:
-- `message`, abstract PoseMessage.
+- `message`, abstract Message (a PoseMessage).
 
 Steps every `params.period`; the message is that of the last step, empty
 (sequence -1) before the first, without feedthrough. */

@@ -80,9 +80,9 @@ ForceSpaceParticleFilterState ForceSpaceParticleFilter::MakeState(
   state.random = RandomStream(seed);
   state.normals = NormalStream(seed);
   state.particles.setZero(3, params_.num_particles);
-  state.augmented.setZero(3, capacity());
-  state.cumulative_weights.setZero(capacity());
-  state.chosen.setZero(params_.num_particles + 1);
+  state.augmented->setZero(3, capacity());
+  state.cumulative_weights->setZero(capacity());
+  state.chosen->setZero(params_.num_particles + 1);
   return state;
 }
 
@@ -93,9 +93,9 @@ int ForceSpaceParticleFilter::capacity() const noexcept {
 
 bool ForceSpaceParticleFilter::IsCompatible(const State& state) const noexcept {
   return state.particles.cols() == params_.num_particles &&
-         state.augmented.cols() == capacity() &&
-         state.cumulative_weights.size() == capacity() &&
-         state.chosen.size() == params_.num_particles + 1;
+         state.augmented->cols() == capacity() &&
+         state.cumulative_weights->size() == capacity() &&
+         state.chosen->size() == params_.num_particles + 1;
 }
 
 FilterStatus ForceSpaceParticleFilter::Update(
@@ -142,7 +142,7 @@ FilterStatus ForceSpaceParticleFilter::UpdateInFull(
   int count = MoveParticles(state);
   count = AddPrior(count, state);
   count = AddTentative(motion_force, contact_force, num_added, count, state);
-  state->augmented.col(count++).setZero();
+  state->augmented->col(count++).setZero();
   const bool is_ok = Resample(sensed_force, velocity, count, state);
   CalcSpaces(state);
   return is_ok ? FilterStatus::kOk : FilterStatus::kAllWeightsZero;
@@ -154,8 +154,8 @@ FilterStatus ForceSpaceParticleFilter::UpdateContacts(
   const int count_before = state->tracker.count;
   tracker_.Update(sensed_force, velocity, contact_force,
                   {&state->prior, state->num_priors, state->prior_std},
-                  {ListOf(&state->particles), ListOf(&state->augmented),
-                   state->cumulative_weights.data(), state->chosen.data(),
+                  {ListOf(&state->particles), ListOf(&*state->augmented),
+                   state->cumulative_weights->data(), state->chosen->data(),
                    &state->normals, &state->random},
                   &state->tracker);
   const int count = state->tracker.count;
@@ -196,9 +196,9 @@ int ForceSpaceParticleFilter::MoveParticles(State* state) const noexcept {
         instruction_set_,
         {params_.scatter_mean, params_.scatter_std, params_.epsilon},
         ListOf(&state->particles), n, &state->normals,
-        ListOf(&state->augmented));
+        ListOf(&*state->augmented));
   } else {
-    state->augmented.leftCols(n).setZero();
+    state->augmented->leftCols(n).setZero();
   }
   return n;
 }
@@ -206,7 +206,7 @@ int ForceSpaceParticleFilter::MoveParticles(State* state) const noexcept {
 int ForceSpaceParticleFilter::AddPrior(int count, State* state) const noexcept {
   for (int i = 0; i < state->num_priors; ++i) {
     for (int axis = 0; axis < 3; ++axis) {
-      state->augmented.row(axis)
+      state->augmented->row(axis)
           .segment(count, params_.prior_particles)
           .setConstant(state->prior(axis, i));
     }
@@ -235,7 +235,7 @@ int ForceSpaceParticleFilter::AddTentative(const Eigen::Vector3d& motion_force,
   const Eigen::Vector3d tentative = NormalizedOrZero(motion_force, epsilon);
   const Eigen::Vector3d u_f = NormalizedOrZero(contact_force, epsilon);
   MakeArc(instruction_set_, tentative.data(), u_f.data(), epsilon, num_added,
-          ListOf(&state->augmented).Skip(count));
+          ListOf(&*state->augmented).Skip(count));
   return count + num_added;
 }
 
@@ -244,20 +244,20 @@ bool ForceSpaceParticleFilter::Resample(const Eigen::Vector3d& sensed_force,
                                         int count,
                                         State* state) const noexcept {
   const int n = params_.num_particles;
-  const ParticleList augmented = ListOf(&state->augmented);
-  double* weights = state->cumulative_weights.data();
+  const ParticleList augmented = ListOf(&*state->augmented);
+  double* weights = state->cumulative_weights->data();
   WeighParticles(
       instruction_set_,
       MakePaperWeights(params_.resampling_thresholds, sensed_force, velocity),
       augmented, count, weights);
   if (!ChooseParticles(instruction_set_, count, state->random.Uniform(), n,
-                       weights, state->chosen.data())) {
+                       weights, state->chosen->data())) {
     ++state->all_weights_zero;
-    state->particles = state->augmented.leftCols(n);
+    state->particles = state->augmented->leftCols(n);
     state->particles.col(n - 1).setZero();
     return false;
   }
-  CopyChosen(augmented, state->chosen.data(), n, ListOf(&state->particles));
+  CopyChosen(augmented, state->chosen->data(), n, ListOf(&state->particles));
   return true;
 }
 

@@ -11,6 +11,7 @@
 #include "dual_proxy/common/normal_stream.h"
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/serialize.h"
+#include "dual_proxy/common/workspace.h"
 #include "dual_proxy/perception/contact_tracker.h"
 
 namespace dual_proxy {
@@ -172,6 +173,12 @@ struct ForceSpaceParticleFilterState {
 
   /** Of Likelihood::kFrictionCone. */
   ContactTrackerState tracker;
+  /** U1, the main direction, in B; zero at dimension 0. */
+  Eigen::Vector3d force_direction() const {
+    if (dimension == 0) return Eigen::Vector3d::Zero();
+    return singular_vectors.col(0);
+  }
+
   /** rad: the angle within which the true direction lies with 95 %: of U1 at
   dimension 1, of U3 at 2; pi/2 at 0, 0 at 3. Always pi/2 with
   Likelihood::kPaper, whose particles are no distribution of the normal. */
@@ -192,9 +199,9 @@ struct ForceSpaceParticleFilterState {
 
   /** Work space of an update: the augmented list, its cumulative weights, and
   which of it are chosen; nothing in it survives from one update to the next. */
-  Particles augmented;
-  Eigen::VectorXd cumulative_weights;
-  Eigen::VectorX<std::int32_t> chosen;
+  Workspace<Particles> augmented;
+  Workspace<Eigen::VectorXd> cumulative_weights;
+  Workspace<Eigen::VectorX<std::int32_t>> chosen;
 };
 
 /** Estimates in which directions the tool touches something: the Force-Space

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/proxy/haptic_side_proxy_system.h"
 
+#include "dual_proxy/link/message_port.h"
+
 namespace dual_proxy {
 
 using drake::math::RigidTransformd;
@@ -9,7 +11,7 @@ using State = HapticSideProxyState;
 HapticSideProxySystem::HapticSideProxySystem(
     const HapticSideProxyParams& params)
     : Face(Feedthrough::kYes), proxy_(params) {
-  DeclareValueInput<PoseMessage>("robot_message");
+  DeclareValueInput<Message>("robot_message");
   DeclareValueInput<RigidTransformd>("device_pose");
   DeclareMemory(proxy_.MakeState(), params.period);
   DeclareVectorOutput("reference_force", 3,
@@ -35,8 +37,8 @@ HapticSideProxySystem::HapticSideProxySystem(
 
 void HapticSideProxySystem::Step(const Context& context, State* state) const {
   HapticSideProxyInput input;
-  input.message =
-      EvalMessage<PoseMessage>(get_robot_message_input_port(), context);
+  input.message = FromMessage<PoseMessage>(
+      EvalMessage(get_robot_message_input_port(), context, PoseMessage::kTag));
   input.X_DH =
       ToPose(get_device_pose_input_port().Eval<RigidTransformd>(context));
   proxy_.Update(context.get_time(), input, state);

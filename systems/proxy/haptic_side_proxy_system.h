@@ -23,8 +23,8 @@ output_ports:
 @endsystem
 
 Input ports:
-- `robot_message`, abstract PoseMessage, in the robot's base frame B (optional:
-  without it there is no force).
+- `robot_message`, abstract Message (a PoseMessage), in the robot's base frame B
+(optional: without it there is no force).
 - `device_pose`, abstract RigidTransformd: X_DH, from the device's home.
 
 Output ports, in the device's frame D:

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "dual_proxy/link/message_port.h"
+
 namespace dual_proxy {
 
 using drake::math::RigidTransformd;
@@ -11,7 +13,7 @@ using Output = RobotSideProxyOutput;
 
 RobotSideProxySystem::RobotSideProxySystem(const RobotSideProxyParams& params)
     : Face(Feedthrough::kYes), proxy_(params) {
-  DeclareValueInput<PoseMessage>("haptic_message");
+  DeclareValueInput<Message>("haptic_message");
   DeclareValueInput<RigidTransformd>("robot_pose");
   DeclareVectorInputPort("force_selection", 9);
   DeclareVectorInputPort("moment_selection", 9);
@@ -41,8 +43,8 @@ RobotSideProxySystem::RobotSideProxySystem(const RobotSideProxyParams& params)
 
 void RobotSideProxySystem::Step(const Context& context, State* state) const {
   RobotSideProxyInput input;
-  input.message =
-      EvalMessage<PoseMessage>(get_haptic_message_input_port(), context);
+  input.message = FromMessage<PoseMessage>(
+      EvalMessage(get_haptic_message_input_port(), context, PoseMessage::kTag));
   input.X_BE =
       ToPose(get_robot_pose_input_port().Eval<RigidTransformd>(context));
   input.force_selection = EvalMatrix(get_force_selection_input_port(), context);

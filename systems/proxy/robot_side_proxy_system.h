@@ -30,8 +30,8 @@ output_ports:
 @endsystem
 
 Input ports, in the base frame B unless said:
-- `haptic_message`, abstract PoseMessage, in the device's frame D (optional:
-  without it the robot waits).
+- `haptic_message`, abstract Message (a PoseMessage), in the device's frame D
+(optional: without it the robot waits).
 - `robot_pose`, abstract RigidTransformd: X_BE.
 - `force_selection`, `moment_selection`, 9 each: row-major (optional, zero).
 - `sensed_wrench`, 6: [force; moment] at E, N, N m (optional: without it there

@@ -1,34 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/sides/haptic_side.h"
 
+#include <utility>
+
 #include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
 
 namespace {
 
-void Visit(const HapticSideOutput& output, SignalSink* sink) {
-  const HapticSideProxyOutput& proxy = output.proxy;
-  sink->Vector("device_position", output.X_DH.p);
-  sink->Rotation("device_orientation", output.X_DH.R);
-  sink->Vector("device_velocity", output.device_velocity.head<3>());
-  sink->Vector("device_angular_velocity", output.device_velocity.tail<3>());
-  sink->Vector("haptic_proxy_position", proxy.proxy_pose.p);
-  sink->Rotation("haptic_proxy_orientation", proxy.proxy_pose.R);
-  sink->Vector("haptic_reference_force", proxy.reference_force);
-  sink->Vector("haptic_reference_moment", proxy.reference_moment);
-  sink->Vector("device_force", output.device_wrench.head<3>());
-  sink->Vector("device_moment", output.device_wrench.tail<3>());
-  sink->Matrix("haptic_force_selection", proxy.force_selection);
-  sink->Scalar("haptic_link_status", static_cast<double>(proxy.link_status));
-  sink->Scalar("haptic_link_age", proxy.link_age);
-  sink->Count("haptic_link_dropped", output.link_dropped);
-  sink->Count("haptic_bad_inputs", output.bad_inputs);
-  sink->Count("haptic_link_bad_messages", output.link.bad_inputs);
-  sink->Count("haptic_link_gaps", output.link.gaps);
-  sink->Count("haptic_link_spikes", output.link.spikes);
-  sink->Count("haptic_link_losses", output.link.losses);
-  sink->Count("haptic_sender_bad_inputs", output.sender_bad_inputs);
+HapticHalf MakeHalf(const HapticSideParams& params) {
+  params.Validate();
+  return Schemes::MakeHapticHalf(
+      static_cast<int>(params.scheme),
+      {.proxy = params.proxy, .sender = params.sender}, params.schemes);
 }
 
 }  // namespace
@@ -47,16 +32,17 @@ void HapticSideParams::Validate() const {
 }
 
 HapticSide::HapticSide(HapticSideParams params)
-    : params_((params.Validate(), params)),
-      proxy_(params.proxy),
-      controller_(params.controller),
-      sender_(params.sender) {}
+    : params_(std::move(params)),
+      half_(MakeHalf(params_)),
+      controller_(params_.controller) {
+  layout_ =
+      MakeLayout([this](SignalSink* sink) { VisitSignals(MakeState(), sink); });
+}
 
 HapticSideState HapticSide::MakeState() const {
   HapticSideState state;
-  state.proxy = proxy_.MakeState();
+  state.half = half_.MakeState();
   state.controller = controller_.MakeState();
-  state.sender = sender_.MakeState();
   return state;
 }
 
@@ -66,40 +52,69 @@ void HapticSide::Update(double time, const HapticSideInput& input,
   output.X_DH = input.X_DH;
   output.device_velocity = input.device_velocity;
 
-  const std::int64_t refused_by_proxy = state->proxy.bad_inputs;
+  const std::int64_t refused_by_half = state->half.output().bad_inputs;
   const std::int64_t refused_by_controller = state->controller.bad_inputs;
-  proxy_.Update(time, {.message = input.message, .X_DH = input.X_DH},
-                &state->proxy);
-  output.proxy = state->proxy.output;
-  output.link = state->proxy.link;
-  output.link_dropped = output.link.dropped + output.link.bad_inputs;
-
+  half_.Update(time,
+               {.message = input.message,
+                .X_DH = input.X_DH,
+                .device_velocity = input.device_velocity},
+               &state->half);
+  const HapticSetpoint& setpoint = state->half.output().setpoint;
   output.device_wrench = controller_.Update(
-      output.proxy.reference_force, output.proxy.reference_moment,
-      input.device_velocity, output.proxy.force_selection, &state->controller);
-  if (state->proxy.bad_inputs != refused_by_proxy ||
+      setpoint.reference_force, setpoint.reference_moment,
+      input.device_velocity, setpoint.force_selection, &state->controller);
+  if (state->half.output().bad_inputs != refused_by_half ||
       state->controller.bad_inputs != refused_by_controller) {
     ++output.bad_inputs;
   }
-
-  output.message = sender_.Update(time, input.X_DH, Eigen::Matrix3d::Zero(),
-                                  Eigen::Matrix3d::Zero(), &state->sender);
-  output.sender_bad_inputs = state->sender.bad_inputs;
 }
 
-const std::vector<SignalSlice>& HapticSide::OutputLayout() {
-  static const std::vector<SignalSlice> layout = MakeLayout(&Visit);
-  return layout;
-}
-
-int HapticSide::OutputSize() {
-  return OutputLayout().back().start + OutputLayout().back().size;
-}
-
-void HapticSide::WriteVector(const HapticSideOutput& output,
-                             Eigen::Ref<Eigen::VectorXd> vector) {
-  SignalSink sink(&vector);
-  Visit(output, &sink);
+void HapticSide::VisitSignals(const HapticSideState& state,
+                              SignalSink* sink) const {
+  const HapticSideOutput& output = state.output;
+  const HapticHalfOutput& half = state.half.output();
+  const HapticSetpoint& setpoint = half.setpoint;
+  sink->Vector({"device_position", "m", "D", "x_h, of the handle, from home"},
+               output.X_DH.p);
+  sink->Rotation({"device_orientation", "", "D", "R_h as a quaternion"},
+                 output.X_DH.R);
+  sink->Vector({"device_velocity", "m/s", "D", "v_h, of the handle"},
+               output.device_velocity.head<3>());
+  sink->Vector({"device_angular_velocity", "rad/s", "D", "w_h, of the handle"},
+               output.device_velocity.tail<3>());
+  sink->Vector({"haptic_proxy_position", "m", "D", "x_ph"}, half.proxy_pose.p);
+  sink->Rotation({"haptic_proxy_orientation", "", "D", "R_ph as a quaternion"},
+                 half.proxy_pose.R);
+  sink->Vector({"haptic_reference_force", "N", "D", "F_h, on the hand"},
+               setpoint.reference_force);
+  sink->Vector({"haptic_reference_moment", "N m", "D", "M_h, on the hand"},
+               setpoint.reference_moment);
+  sink->Vector({"device_force", "N", "D", "sent to the device, on the hand"},
+               output.device_wrench.head<3>());
+  sink->Vector({"device_moment", "N m", "D", "sent to the device, on the hand"},
+               output.device_wrench.tail<3>());
+  sink->Matrix({"haptic_force_selection", "", "D", "Omega_fh, row by row"},
+               setpoint.force_selection);
+  sink->Integer({"haptic_link_status", "", "",
+                 "at the device: 0 waiting, 1 connected, 2 lost"},
+                static_cast<double>(half.link.status));
+  sink->Scalar(
+      {"haptic_link_age", "s", "", "of the message in use at the device"},
+      half.link.age);
+  sink->Count("haptic_link_dropped", "messages refused",
+              half.link.dropped + half.link.bad_inputs);
+  sink->Count("haptic_link_bad_messages",
+              "of them, those that were not finite or not valid",
+              half.link.bad_inputs);
+  sink->Count("haptic_link_gaps", "sequence numbers skipped", half.link.gaps);
+  sink->Count("haptic_link_spikes", "messages that came unusually late",
+              half.link.spikes);
+  sink->Count("haptic_link_losses", "times that the link was lost",
+              half.link.losses);
+  sink->Count("haptic_bad_inputs", "cycles that the side refused",
+              output.bad_inputs);
+  sink->Count("haptic_sender_bad_inputs", "samples that the sender refused",
+              half.sender_bad_inputs);
 }
 
 }  // namespace dual_proxy

@@ -8,16 +8,19 @@
 
 #include "dual_proxy/common/pose.h"
 #include "dual_proxy/common/serialize.h"
+#include "dual_proxy/common/signal_layout.h"
 #include "dual_proxy/control/haptic_controller.h"
 #include "dual_proxy/link/message.h"
 #include "dual_proxy/link/pose_sender.h"
 #include "dual_proxy/proxy/haptic_side_proxy.h"
-#include "dual_proxy/sides/signal_layout.h"
+#include "dual_proxy/schemes/schemes.h"
 
 namespace dual_proxy {
 
 /** Parameters of HapticSide. All `period` fields must be the same. */
 struct HapticSideParams {
+  Scheme scheme{SchemeOf<DualProxyScheme>};
+  SchemesParams schemes;
   HapticSideProxyParams proxy;
   HapticControllerParams controller;
   PoseSenderParams sender;
@@ -28,54 +31,44 @@ struct HapticSideParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(Field("proxy", &proxy, "its half of the scheme"));
+    VisitEnum(a, "HapticSideParams", "scheme", &scheme,
+              "how the two sides work together");
+    a->Visit(Field("schemes", &schemes, "of which that of `scheme` counts"));
+    a->Visit(Field("proxy", &proxy, "what the hand is to feel"));
     a->Visit(Field("controller", &controller, "of the device"));
-    a->Visit(Field("sender", &sender, "of its poses"));
+    a->Visit(Field("sender", &sender, "of its messages"));
   }
 };
 
 /** Inputs of one cycle, in D unless said. */
 struct HapticSideInput {
-  PoseMessage message;  ///< The newest from the robot side, in B.
-  Pose X_DH;            ///< Pose of the handle, from home.
+  Message message;  ///< The newest from the robot side.
+  Pose X_DH;        ///< Pose of the handle, from home.
   /** [linear; angular], m/s, rad/s. */
-  Eigen::Matrix<double, 6, 1> device_velocity{
-      Eigen::Matrix<double, 6, 1>::Zero()};
+  Vector6 device_velocity{Vector6::Zero()};
 };
 
 /** Results of one cycle in D, and what of the inputs belongs in a log. */
 struct HapticSideOutput {
-  HapticSideProxyOutput proxy;
   /** [force; moment] on the hand, N, N m. */
-  Eigen::Matrix<double, 6, 1> device_wrench{
-      Eigen::Matrix<double, 6, 1>::Zero()};
-  PoseMessage message;  ///< Newest message to the robot side.
+  Vector6 device_wrench{Vector6::Zero()};
 
   Pose X_DH;
-  Eigen::Matrix<double, 6, 1> device_velocity{
-      Eigen::Matrix<double, 6, 1>::Zero()};
-  std::int64_t link_dropped{0};  ///< Messages refused so far.
-  /** Cycles that the proxy or the controller refused so far; a cycle that both
+  Vector6 device_velocity{Vector6::Zero()};
+  /** Cycles that the half or the controller refused so far; a cycle that both
   refuse counts once. */
   std::int64_t bad_inputs{0};
-  std::int64_t sender_bad_inputs{0};  ///< Samples that the sender refused.
-  LinkMonitorState link;              ///< With all that it has counted.
 };
 
 /** Memory of HapticSide. */
 struct HapticSideState {
-  HapticSideProxyState proxy;
+  HapticHalf::State half;
   HapticControllerState controller;
-  PoseSenderState sender;
   HapticSideOutput output;  ///< Of the last cycle.
 };
 
-/** All of the haptic side's work in one control cycle: proxy, device
-controller, sender, in this order. It owns no logic but the order.
-
-The device is damped in the force space of the message in use as long as the
-link is alive; without a link the force fades out and the damping, which only
-ever takes energy, stays.
+/** All of the haptic side's work in one control cycle: the scheme's half and
+the device's controller, in this order. It owns no logic but the order.
 
 Update() neither allocates nor throws. */
 class HapticSide {
@@ -92,22 +85,17 @@ class HapticSide {
   void Update(double time, const HapticSideInput& input,
               HapticSideState* state) const noexcept;
 
-  /** Names and places of the signals that WriteVector() writes. */
-  static const std::vector<SignalSlice>& OutputLayout();
+  /** Lists the signals of a state, or writes them. No heap if it writes. */
+  void VisitSignals(const HapticSideState& state, SignalSink* sink) const;
 
-  /** Number of values that WriteVector() writes. */
-  static int OutputSize();
-
-  /** Writes the output as one flat vector, by OutputLayout(). No heap.
-  @pre vector.size() == OutputSize(). */
-  static void WriteVector(const HapticSideOutput& output,
-                          Eigen::Ref<Eigen::VectorXd> vector);
+  /** Of what VisitSignals() writes. */
+  const std::vector<SignalSlice>& layout() const { return layout_; }
 
  private:
   HapticSideParams params_;
-  HapticSideProxy proxy_;
+  HapticHalf half_;
   HapticController controller_;
-  PoseSender sender_;
+  std::vector<SignalSlice> layout_;
 };
 
 }  // namespace dual_proxy

@@ -2,6 +2,7 @@
 #include "dual_proxy/sides/haptic_side_system.h"
 
 #include "dual_proxy/common/validate.h"
+#include "dual_proxy/link/message_port.h"
 
 namespace dual_proxy {
 
@@ -25,27 +26,27 @@ HapticSideSystem::HapticSideSystem(
     start.device = device_->MakeState();
   }
 
-  DeclareValueInput<PoseMessage>("robot_message");
+  DeclareValueInput<Message>("robot_message");
   if (!device) {
     DeclareValueInput<RigidTransformd>("device_pose");
     DeclareVectorInputPort("device_velocity", 6);
   }
   DeclareMemory(start, period);
-  DeclareVectorOutput("signals", HapticSide::OutputSize(),
-                      [](const Memory& memory, Vector signals) {
+  DeclareVectorOutput("signals", SizeOf(side_.layout()),
+                      [this](const Memory& memory, Vector signals) {
                         signals.setZero();
-                        if (memory.stepped) {
-                          HapticSide::WriteVector(memory.side.output, signals);
-                        }
+                        if (!memory.stepped) return;
+                        SignalSink sink(&signals);
+                        side_.VisitSignals(memory.side, &sink);
                       });
   DeclareVectorOutput("device_wrench", 6,
                       [](const Memory& memory, Vector wrench) {
                         wrench = memory.side.output.device_wrench;
                       });
-  DeclareValueOutput<PoseMessage>(
-      "message", [](const Memory& memory) -> const PoseMessage& {
-        return memory.side.output.message;
-      });
+  DeclareValueOutput<Message>("message",
+                              [](const Memory& memory) -> const Message& {
+                                return memory.side.half.output().message;
+                              });
   if (device) {
     DeclareValueOutput<RigidTransformd>(
         "device_pose", [](const Memory& memory) {
@@ -61,8 +62,8 @@ HapticSideSystem::HapticSideSystem(
 void HapticSideSystem::Step(const Context& context, Memory* memory) const {
   const double time = context.get_time();
   HapticSideInput input;
-  input.message =
-      EvalMessage<PoseMessage>(get_robot_message_input_port(), context);
+  input.message = EvalMessage(get_robot_message_input_port(), context,
+                              ToDeviceTag(side_.params().scheme));
   if (!device_) {
     input.X_DH = ToPose(get_input_port(1).Eval<RigidTransformd>(context));
     input.device_velocity = get_input_port(2).Eval(context);

@@ -24,7 +24,8 @@ struct HapticSideMemory {
   bool stepped{false};  ///< Whether there was a step.
 };
 
-/** The device's side as one system: proxy, controller, sender (HapticSide).
+/** The device's side as one system: the scheme's half and the device's
+controller (HapticSide).
 
 @system
 name: HapticSideSystem
@@ -41,16 +42,15 @@ output_ports:
 @endsystem
 
 Input ports, in the device's frame D:
-- `robot_message`, abstract PoseMessage (optional: without it there is no force,
+- `robot_message`, abstract Message (optional: without it there is no force,
   but messages are sent).
 - `device_pose`, abstract RigidTransformd: X_DH, from the device's home.
 - `device_velocity`, 6: [linear; angular], m/s, rad/s.
 
 Output ports:
-- `signals`, HapticSide::OutputSize(): all results, by
-  HapticSide::OutputLayout().
+- `signals`: all results, by side().layout().
 - `device_wrench`, 6: [force; moment], N, N m, of the device on the hand.
-- `message`, abstract PoseMessage, to the robot side.
+- `message`, abstract Message, to the robot side.
 - `device_pose`, abstract RigidTransformd: as the input of that name (only with
   a simulated device).
 - `device_bad_inputs`, 1: steps with an intention or a wrench that the simulated
@@ -70,6 +70,8 @@ class HapticSideSystem final : public Face<HapticSideMemory> {
   explicit HapticSideSystem(
       const HapticSideParams& params = {},
       const std::optional<HapticSideDevice>& device = std::nullopt);
+
+  const HapticSide& side() const { return side_; }
 
   const InputPort& get_robot_message_input_port() const {
     return get_input_port(0);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "dual_proxy/common/validate.h"
+#include "dual_proxy/link/message_port.h"
 
 namespace dual_proxy {
 
@@ -12,10 +13,11 @@ using Memory = RobotSideMemory;
 RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
                                  const ArmModelParams& arm,
                                  const std::optional<Vector7>& q_start,
-                                 const std::optional<RobotSideSensor>& sensor)
+                                 const std::optional<RobotSideSensor>& sensor,
+                                 const RobotSideSeeds& seeds)
     : Face(Feedthrough::kNo), side_(params), arm_(arm) {
   Memory start;
-  start.side = side_.MakeState();
+  start.side = side_.MakeState(seeds.filter, seeds.angular_filter);
   if (q_start) {
     ThrowUnlessIn("RobotSideSystem", "q_start", *q_start, Finite());
     Pose X_BE;
@@ -35,44 +37,57 @@ RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
     start.sensor = sensor_->MakeState(sensor->seed);
   }
 
-  DeclareValueInput<PoseMessage>("haptic_message");
+  DeclareValueInput<Message>("haptic_message");
   DeclareVectorInputPort("robot_state", 14);
   DeclareVectorInputPort(sensor ? "reaction" : "sensed_wrench", 6);
   DeclareVectorInputPort("force_selection", 9);
   DeclareVectorInputPort("moment_selection", 9);
   DeclareVectorInputPort(sensor ? "tare" : "sensor_ready", 1);
   DeclareMemory(start, period);
-  DeclareVectorOutput("signals", RobotSide::OutputSize(),
-                      [](const Memory& memory, Vector signals) {
+  DeclareVectorOutput("signals", SizeOf(side_.layout()),
+                      [this](const Memory& memory, Vector signals) {
                         signals.setZero();
-                        if (memory.stepped) {
-                          RobotSide::WriteVector(memory.side.output, signals);
-                        }
+                        if (!memory.stepped) return;
+                        SignalSink sink(&signals);
+                        side_.VisitSignals(memory.side, &sink);
                       });
   DeclareVectorOutput("torque", 7, [](const Memory& memory, Vector torque) {
     torque = memory.torque;
   });
   DeclareAbstractOutputPort("robot_pose", &RobotSideSystem::CalcRobotPose,
                             {get_robot_state_input_port().ticket()});
-  DeclareValueOutput<PoseMessage>(
-      "message", [](const Memory& memory) -> const PoseMessage& {
-        return memory.side.output.message;
-      });
-  DeclareValueOutput<ForceMessage>(
-      "force_message", [](const Memory& memory) -> const ForceMessage& {
-        return memory.side.output.force_message;
-      });
+  DeclareValueOutput<Message>("message",
+                              [](const Memory& memory) -> const Message& {
+                                return memory.side.half.output().message;
+                              });
+  using Filter = ScheduledFilterState;
   const auto declare_mean = [this](const std::string& name,
-                                   Eigen::Vector3d FilterMeans::* mean) {
-    DeclareVectorOutput("mean_" + name, 3,
-                        [mean](const Memory& memory, Vector value) {
-                          value = memory.side.output.filter_means.*mean;
-                        });
+                                   Filter ContactPerceptionState::* filter,
+                                   Eigen::Vector3d FilterInput::* mean) {
+    DeclareVectorOutput(
+        "mean_" + name, 3, [filter, mean](const Memory& memory, Vector value) {
+          value = (memory.side.perception.*filter).mean_input().*mean;
+        });
   };
-  declare_mean("sensed_force", &FilterMeans::sensed_force);
-  declare_mean("velocity", &FilterMeans::velocity);
-  declare_mean("motion_force", &FilterMeans::motion_force);
-  declare_mean("contact_force", &FilterMeans::contact_force);
+  const auto force = &ContactPerceptionState::force;
+  declare_mean("sensed_force", force, &FilterInput::sensed);
+  declare_mean("velocity", force, &FilterInput::velocity);
+  declare_mean("motion_force", force, &FilterInput::motion);
+  declare_mean("contact_force", force, &FilterInput::contact);
+  const auto declare_found = [this](const std::string& selection,
+                                    const std::string& dimension,
+                                    Filter ContactPerceptionState::* filter) {
+    DeclareVectorOutput(
+        selection, 9, [filter](const Memory& memory, Vector value) {
+          WriteRows((memory.side.perception.*filter).filter.force_selection,
+                    value);
+        });
+    DeclareVectorOutput(
+        dimension, 1, [filter](const Memory& memory, Vector value) {
+          value[0] = (memory.side.perception.*filter).filter.dimension;
+        });
+  };
+  declare_found("force_selection", "dimension", force);
   if (sensor) {
     DeclareVectorOutput("sensed_wrench", 6,
                         [](const Memory& memory, Vector wrench) {
@@ -85,19 +100,13 @@ RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
               static_cast<double>(sensor.adapter.tares_refused);
         });
   }
-  if (params.angular_filter_period > 0) {
-    using Means = AngularFilterMeans;
-    const auto declare_angular = [this](const std::string& name,
-                                        Eigen::Vector3d Means::* mean) {
-      DeclareVectorOutput(
-          "mean_" + name, 3, [mean](const Memory& memory, Vector value) {
-            value = memory.side.output.angular_filter_means.*mean;
-          });
-    };
-    declare_angular("sensed_moment", &Means::sensed_moment);
-    declare_angular("angular_velocity", &Means::angular_velocity);
-    declare_angular("motion_moment", &Means::motion_moment);
-    declare_angular("contact_moment", &Means::contact_moment);
+  if (params.perception.angular_filter.enabled) {
+    const auto moment = &ContactPerceptionState::moment;
+    declare_mean("sensed_moment", moment, &FilterInput::sensed);
+    declare_mean("angular_velocity", moment, &FilterInput::velocity);
+    declare_mean("motion_moment", moment, &FilterInput::motion);
+    declare_mean("contact_moment", moment, &FilterInput::contact);
+    declare_found("moment_selection", "moment_dimension", moment);
   }
 }
 
@@ -114,14 +123,17 @@ void RobotSideSystem::Step(const Context& context, Memory* memory) const {
   const Eigen::VectorXd& x = get_robot_state_input_port().Eval(context);
   const double time = context.get_time();
   RobotSideInput input;
-  input.message =
-      EvalMessage<PoseMessage>(get_haptic_message_input_port(), context);
+  input.message = EvalMessage(get_haptic_message_input_port(), context,
+                              ToRobotTag(side_.params().scheme));
   input.q = x.head<7>();
   input.v = x.tail<7>();
   arm_.Calc(input.q, input.v, &input.X_BE, &input.model);
-  input.force_selection = EvalMatrix(get_force_selection_input_port(), context);
-  input.moment_selection =
-      EvalMatrix(get_moment_selection_input_port(), context);
+  if (get_force_selection_input_port().HasValue(context) ||
+      get_moment_selection_input_port().HasValue(context)) {
+    input.selections = ContactSelections{
+        .force = EvalMatrix(get_force_selection_input_port(), context),
+        .moment = EvalMatrix(get_moment_selection_input_port(), context)};
+  }
   if (sensor_) {
     input.sensed_wrench = memory->sensor.adapter.wrench;
     input.sensor_ready = memory->sensor.adapter.ready;

@@ -19,6 +19,12 @@ struct RobotSideSensor {
   std::uint64_t seed{0};  ///< Of the noise.
 };
 
+/** Of the filters in a RobotSideSystem. */
+struct RobotSideSeeds {
+  std::uint64_t filter{0};
+  std::uint64_t angular_filter{1};
+};
+
 /** What a RobotSideSystem remembers. */
 struct RobotSideMemory {
   RobotSideState side;
@@ -27,8 +33,8 @@ struct RobotSideMemory {
   bool stepped{false};              ///< Whether there was a step.
 };
 
-/** The robot's side as one system: proxy, controller, means for the filter,
-sender (RobotSide), and the arm's model.
+/** The robot's side as one system: the scheme's half, controller, perception
+(RobotSide), and the arm's model.
 
 @system
 name: RobotSideSystem
@@ -46,45 +52,53 @@ output_ports:
 - torque
 - robot_pose
 - message
-- force_message
 - mean_sensed_force
 - mean_velocity
 - mean_motion_force
 - mean_contact_force
+- force_selection
+- dimension
 - sensed_wrench (only with a simulated sensor)
 - sensor_counters (likewise)
 - mean_sensed_moment (only with an angular filter)
 - mean_angular_velocity (likewise)
 - mean_motion_moment (likewise)
 - mean_contact_moment (likewise)
+- moment_selection (likewise)
+- moment_dimension (likewise)
 @endsystem
 
 Input ports, in the base frame B unless said:
-- `haptic_message`, abstract PoseMessage (optional: without it the robot waits).
+- `haptic_message`, abstract Message (optional: without it the robot waits).
 - `robot_state`, 14: [q; v], rad, rad/s.
 - `sensed_wrench`, 6: [force; moment] at E, N, N m.
 - `reaction`, 6, in its place with a simulated sensor: [force; moment], N, N m,
   in S, of the arm on the tool.
-- `force_selection`, `moment_selection`, 9 each: row-major (optional, zero).
+- `force_selection`, `moment_selection`, 9 each: row-major, the directions of
+  contact if somebody else knows them; the side's own filters rest if one of the
+  two is connected, the other being zero.
 - `sensor_ready`, 1: whether the force sensor can be relied on, > 0.5 if so
   (optional: it can). Otherwise the robot holds its place.
 - `tare`, 1, in its place with a simulated sensor: asks for the sensor's bias to
   be learned anew when it comes to exceed 0.5 (optional).
 
 Output ports:
-- `signals`, RobotSide::OutputSize(): all results, by RobotSide::OutputLayout().
+- `signals`: all results, by side().layout().
 - `torque`, 7, N m: with gravity compensation.
 - `robot_pose`, abstract RigidTransformd: X_BE at the current `robot_state`.
-- `message`, abstract PoseMessage, to the haptic side.
-- `force_message`, abstract ForceMessage, for the two-channel baseline.
+- `message`, abstract Message, to the haptic side.
 - `mean_...`, 3 each, N, m/s, N, N: the filter's inputs, means over its current
   period.
+- `force_selection`, 9, row-major, and `dimension`, 1: what the filter has
+found.
 - `sensed_wrench`, 6: as the input of that name (only with a simulated sensor).
 - `sensor_counters`, 2: samples that the sensor refused so far, and times at
 rest that gave no bias (likewise).
 - `mean_sensed_moment`, `mean_angular_velocity`, `mean_motion_moment`,
   `mean_contact_moment`, 3 each, N m, rad/s, N m, N m: the angular filter's
-  inputs, likewise (only where `params.angular_filter_period` > 0).
+  inputs, likewise (only with the angular filter).
+- `moment_selection`, 9, row-major, and `moment_dimension`, 1: what the angular
+  filter has found (likewise).
 
 Steps every `params.controller.period`; all outputs but `robot_pose` are those
 of the last step. Before the first the torque holds the arm at `q_start`, if
@@ -97,11 +111,15 @@ class RobotSideSystem final : public Face<RobotSideMemory> {
   /** @param arm the model of the arm.
   @param q_start rad, where the arm will be when the run starts.
   @param sensor the simulated sensor, if there is one.
+  @param seeds of the filters.
   @throws std::invalid_argument if parameters are invalid, or the sensor's
   period is not the side's. */
   RobotSideSystem(const RobotSideParams& params, const ArmModelParams& arm,
                   const std::optional<Vector7>& q_start = std::nullopt,
-                  const std::optional<RobotSideSensor>& sensor = std::nullopt);
+                  const std::optional<RobotSideSensor>& sensor = std::nullopt,
+                  const RobotSideSeeds& seeds = {});
+
+  const RobotSide& side() const { return side_; }
 
   const InputPort& get_haptic_message_input_port() const {
     return get_input_port(0);
@@ -141,20 +159,23 @@ class RobotSideSystem final : public Face<RobotSideMemory> {
   const OutputPort& get_message_output_port() const {
     return get_output_port(3);
   }
-  const OutputPort& get_force_message_output_port() const {
-    return get_output_port(4);
-  }
   const OutputPort& get_mean_sensed_force_output_port() const {
-    return get_output_port(5);
+    return GetOutputPort("mean_sensed_force");
   }
   const OutputPort& get_mean_velocity_output_port() const {
-    return get_output_port(6);
+    return GetOutputPort("mean_velocity");
   }
   const OutputPort& get_mean_motion_force_output_port() const {
-    return get_output_port(7);
+    return GetOutputPort("mean_motion_force");
   }
   const OutputPort& get_mean_contact_force_output_port() const {
-    return get_output_port(8);
+    return GetOutputPort("mean_contact_force");
+  }
+  const OutputPort& get_force_selection_output_port() const {
+    return GetOutputPort("force_selection");
+  }
+  const OutputPort& get_dimension_output_port() const {
+    return GetOutputPort("dimension");
   }
   /** @throws std::exception without a simulated sensor. */
   const OutputPort& get_sensed_wrench_output_port() const {
@@ -179,6 +200,14 @@ class RobotSideSystem final : public Face<RobotSideMemory> {
   /** @throws std::exception without an angular filter. */
   const OutputPort& get_mean_contact_moment_output_port() const {
     return GetOutputPort("mean_contact_moment");
+  }
+  /** @throws std::exception without an angular filter. */
+  const OutputPort& get_moment_selection_output_port() const {
+    return GetOutputPort("moment_selection");
+  }
+  /** @throws std::exception without an angular filter. */
+  const OutputPort& get_moment_dimension_output_port() const {
+    return GetOutputPort("moment_dimension");
   }
 
  private:

@@ -10,27 +10,39 @@
 
 namespace dual_proxy {
 
-/** The shape of a ContactSurface, in its own frame. */
+/** The shape of a ContactSurface, in its own frame. There is no ellipsoid: the
+distance to one has no closed form, and Drake's point contact takes the line
+between the centres for its normal. */
 enum class SurfaceShape {
-  kPlane,     ///< Solid where z < 0.
-  kCylinder,  ///< Solid within `radius` of the x axis; endless.
-  kBox,       ///< Solid within +- half_size: a block, a step, an outer edge.
+  kHalfSpace,  ///< Solid where z < 0.
+  kBox,        ///< Solid within +- half_size: a block, a step, an outer edge.
+  kSphere,     ///< Solid within `radius` of the origin.
+  /** Solid within `radius` of the x axis, between flat ends at +- length / 2;
+  endless if `length` is 0. */
+  kCylinder,
+  /** Solid within `radius` of the x axis' part between +- length / 2: round
+  ends. */
+  kCapsule,
 };
 
 template <>
 struct EnumStrings<SurfaceShape> {
   static constexpr std::pair<SurfaceShape, const char*> kValues[] = {
-      {SurfaceShape::kPlane, "plane"},
+      {SurfaceShape::kHalfSpace, "half_space"},
+      {SurfaceShape::kBox, "box"},
+      {SurfaceShape::kSphere, "sphere"},
       {SurfaceShape::kCylinder, "cylinder"},
-      {SurfaceShape::kBox, "box"}};
+      {SurfaceShape::kCapsule, "capsule"}};
 };
 
 /** Parameters of ContactSurface. */
 struct ContactSurfaceParams {
-  SurfaceShape shape{SurfaceShape::kPlane};
+  SurfaceShape shape{SurfaceShape::kHalfSpace};
   Eigen::Vector3d position{Eigen::Vector3d::Zero()};
   Eigen::Matrix3d rotation{Eigen::Matrix3d::Identity()};
   double radius{0.1};
+  double length{0};
+  bool hollow{false};
   Eigen::Vector3d half_size{0.1, 0.1, 0.1};
   double stiffness{5000};
   double dissipation{2};
@@ -44,13 +56,20 @@ struct ContactSurfaceParams {
   template <typename Archive>
   void Serialize(Archive* a) {
     VisitEnum(a, "ContactSurfaceParams", "shape", &shape,
-              "in the surface's frame: solid where z < 0, about x and endless, "
-              "or with sides along its axes");
+              "in the surface's frame: a half_space is solid where z < 0, "
+              "cylinder and capsule lie along x");
     a->Visit(Field("position", &position, Finite(), "m",
                    "in B: origin of the surface's frame"));
     a->Visit(Field("rotation", &rotation, Rotation(), "",
                    "of the surface's frame in B"));
-    a->Visit(Field("radius", &radius, Above(0), "m", "of the cylinder"));
+    a->Visit(Field("radius", &radius, Above(0), "m",
+                   "of the sphere, cylinder or capsule"));
+    a->Visit(Field("length", &length, AtLeast(0), "m",
+                   "along x: of the cylinder, endless at 0, or between the "
+                   "centres of the capsule's round ends, > 0"));
+    a->Visit(Field("hollow", &hollow,
+                   "whether the endless cylinder is solid outside its radius, "
+                   "a bore, which Drake has not"));
     a->Visit(Field("half_size", &half_size, Above(0), "m", "of the box"));
     a->Visit(Field("stiffness", &stiffness, Above(0), "N/m",
                    "normal force per depth"));
@@ -78,6 +97,16 @@ struct SurfaceContact {
   Eigen::Vector3d force{Eigen::Vector3d::Zero()};
 };
 
+/** How far a point is from a surface, and which way. */
+struct SurfaceDistance {
+  /** m: negative inside the solid. Exact for all shapes: the distance to the
+  nearest point of the solid's boundary. */
+  double value{0};
+  /** Unit vector INTO the surface, in B: towards that point, and away from it
+  inside. Where several points are nearest, towards one of them. */
+  Eigen::Vector3d normal{-Eigen::Vector3d::UnitZ()};
+};
+
 /** An analytic surface that a spherical tool (or a point, of radius zero)
 touches, frictionless or not:
 
@@ -93,6 +122,9 @@ class ContactSurface {
   explicit ContactSurface(const Params& params = {});
 
   const Params& params() const { return params_; }
+
+  /** @param p  m, in B. No heap, no throw. */
+  SurfaceDistance CalcDistance(const Eigen::Vector3d& p) const noexcept;
 
   /** @param p  m, in B: centre of the tool.
   @param v  m/s, in B: its velocity.

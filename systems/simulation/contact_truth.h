@@ -61,13 +61,13 @@ class ContactTruth {
   Eigen::Vector3d push_{Eigen::Vector3d::Zero()};
   // An orthonormal basis of the normals, the moment about the first contact
   // that comes with each, and one of the moments that come without a force.
-  Eigen::Matrix3d normals_;
-  Eigen::Matrix3d their_moments_;
-  Eigen::Matrix3d moments_;
+  Eigen::Matrix3d normals_{Eigen::Matrix3d::Zero()};
+  Eigen::Matrix3d their_moments_{Eigen::Matrix3d::Zero()};
+  Eigen::Matrix3d moments_{Eigen::Matrix3d::Zero()};
   int count_{0};
   int dimension_{0};
   int moment_dimension_{0};
-  Eigen::Vector3d origin_;
+  Eigen::Vector3d origin_{Eigen::Vector3d::Zero()};
 };
 
 }  // namespace dual_proxy

@@ -160,9 +160,11 @@ def test_an_element_cannot_be_changed_without_a_word(params):
 
 
 def make(algorithm):
+    links = dp.ArmModelParams(mass=np.ones(7), inertia=7 * [np.eye(3)])
     if algorithm is _core.ArmModel:
-        links = dp.ArmModelParams(mass=np.ones(7), inertia=7 * [np.eye(3)])
         return algorithm(links)
+    if algorithm is _core.SimulatedArm:
+        return algorithm(dp.SimulatedArmParams(), links)
     if algorithm is _core.WorkspaceMap:
         return algorithm(dp.WorkspaceMapParams())
     if algorithm is _core.OperatorPath:

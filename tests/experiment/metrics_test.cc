@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -101,6 +102,13 @@ class MetricsTest : public testing::Test {
   /** A signal of three. */
   Eigen::MatrixXd::NColsBlockXpr<3>::Type Columns(const std::string& name) {
     return log_.values.middleCols<3>(StartOf(name));
+  }
+
+  /** A run without these signals. */
+  void Forget(const std::set<std::string>& names) {
+    std::erase_if(log_.signals, [&names](const SignalSlice& signal) {
+      return names.contains(signal.name);
+    });
   }
 
   static int StartOf(const std::string& name) {
@@ -446,7 +454,7 @@ TEST_F(MetricsTest, WhatTheFilterSeesInTheAirIsFalseContact) {
   EXPECT_NEAR(Number("false_contact_share"), (1.5 + 0.4) / air, 1e-3);
   EXPECT_NEAR(Number("dimension_accuracy_total"), 1 - 2.0 / 20, 1e-3);
   EXPECT_EQ(Number("dimension_accuracy"), 1);
-  params_.has_filter = false;
+  Forget({"dimension", "force_direction", "force_selection"});
   EXPECT_TRUE(IsNull("false_contact_share"));
   EXPECT_TRUE(IsNull("dimension_accuracy_total"));
 }
@@ -580,13 +588,24 @@ TEST_F(MetricsTest, NoContactGivesNullWhereThereIsNothingToMeasure) {
 }
 
 TEST_F(MetricsTest, WithoutAFilterThereIsNoPerception) {
-  params_.has_filter = false;
+  Forget({"dimension", "force_direction", "force_selection"});
   for (const char* key : {"normal_error_mean_deg", "normal_error_p95_deg",
                           "dimension_accuracy", "detection_latency_ms"}) {
     EXPECT_TRUE(IsNull(key)) << key;
   }
   EXPECT_EQ(Count("contact_losses"), 0);
   EXPECT_NEAR(Number("haptic_force_std_contact_N"), 0, 1e-12);
+}
+
+// As from a real robot, which knows no truth.
+TEST_F(MetricsTest, WithoutTheTruthWhatNeedsItIsNull) {
+  Forget({"contact_force", "contact_normal", "contact_dimension"});
+  for (const char* key : {"position_rms_free_m", "contact_force_max_N",
+                          "dimension_accuracy", "normal_error_mean_deg"}) {
+    EXPECT_TRUE(IsNull(key)) << key;
+  }
+  EXPECT_EQ(std::get<bool>(Value("finite")), true);
+  EXPECT_TRUE(CalcNormalErrorDeg(log_).array().isNaN().all());
 }
 
 TEST_F(MetricsTest, NotFiniteIsReportedAndBecomesNull) {

@@ -143,7 +143,7 @@ std::string ErrorAfter(const Change& change) {
 
 TEST(ScenarioTest, NothingWrittenKeepsTheDefaults) {
   const Scenario dut = ReadTree({});
-  EXPECT_EQ(dut.scheme, Scheme::kDualProxy);
+  EXPECT_EQ(dut.scheme, SchemeOf<DualProxyScheme>);
   EXPECT_EQ(dut.law, Law::kDefault);
   EXPECT_EQ(dut.duration, 20.0);
   EXPECT_EQ(dut.seed, 0);
@@ -283,7 +283,6 @@ TEST(ScenarioTest, DerivedKeysAndTheirSourcesExist) {
   visit("filter.", &dut.filter);
   visit("haptic_proxy.", &dut.haptic_proxy);
   visit("haptic_controller.", &dut.haptic_controller);
-  visit("position_force.", &dut.position_force);
   visit("device.", &dut.device);
   visit("sensor.", &dut.sensor);
   for (const DerivedKey& derived : DerivedKeys()) {
@@ -320,12 +319,12 @@ TEST(ScenarioTest, SharedValuesAreDistributed) {
   dut.Validate();
   EXPECT_EQ(dut.map.p_cw, dut.scene.start_position);
   for (const WorkspaceMapParams& map :
-       {dut.robot_proxy.map, dut.haptic_proxy.map, dut.position_force.map}) {
+       {dut.robot_proxy.map, dut.haptic_proxy.map}) {
     EXPECT_EQ(map.scale, 2.0);
     EXPECT_EQ(map.p_cw, dut.scene.start_position);
   }
   for (const LinkMonitorParams& monitor :
-       {dut.robot_proxy.link, dut.haptic_proxy.link, dut.position_force.link}) {
+       {dut.robot_proxy.link, dut.haptic_proxy.link}) {
     EXPECT_EQ(monitor.timeout, 0.25);
   }
   EXPECT_EQ(dut.haptic_proxy.robot_stiffness, 400.0);
@@ -439,7 +438,7 @@ TEST(ScenarioTest, PeriodsAtWhichTheLawIsNotStableAreRefused) {
             "tiny.control_period: expected a number in [1e-05, 0.01], got "
             "0.011");
   EXPECT_EQ(ErrorAfter([](Scenario* s) {
-              s->scheme = Scheme::kPositionForce;
+              s->scheme = SchemeOf<PositionForceScheme>;
               s->control_period = 8e-3;
             }),
             "no exception");
@@ -557,7 +556,7 @@ TEST(ScenarioTest, TheAngularFilterIsOffAndPartOfTheDualProxy) {
   EXPECT_FALSE(dut.has_angular_filter());
   dut.angular_filter.enabled = true;
   EXPECT_TRUE(dut.has_angular_filter());
-  dut.scheme = Scheme::kPositionForce;
+  dut.scheme = SchemeOf<PositionForceScheme>;
   EXPECT_FALSE(dut.has_angular_filter());
   dut.angular_filter.filter.period = 1e-4;
   EXPECT_EQ(InvalidArgument([&] { dut.Validate(); }),

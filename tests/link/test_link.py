@@ -142,13 +142,40 @@ def test_a_copied_channel_continues_alike():
     assert received[0] == received[1]
 
 
-def test_force_channel_carries_forces():
-    channel = dp.ForceCommunicationChannel()
-    state = channel.make_state(0)
-    channel.send(0.0, dp.ForceMessage(sequence=0, force=[1, 2, 3]), state)
-    np.testing.assert_array_equal(channel.receive(0.0, state).force, [1, 2, 3])
-    with pytest.raises(TypeError):
-        channel.send(0.0, dp.PoseMessage(), state)
+def test_channel_carries_any_kind_of_message():
+    channel = dp.CommunicationChannel()
+    other = dp.Message()
+    other.tag, other.sequence, other.body = 7, 2, [1.0, 2.0]
+    for sequence, sent in enumerate(
+        (dp.PoseMessage(0), dp.ForceMessage(1, force=[1, 2, 3]), other)
+    ):
+        state = channel.make_state(0)
+        channel.send(0.0, sent, state)
+        received = channel.receive(0.0, state)
+        assert type(received) is type(sent)
+        assert received.sequence == sequence
+        for field in ("force", "body"):
+            if hasattr(sent, field):
+                np.testing.assert_array_equal(
+                    getattr(received, field), getattr(sent, field)
+                )
+    with pytest.raises(TypeError, match="expected a Message, got 3"):
+        channel.send(0.0, 3, state)
+
+
+def test_a_message_of_any_kind_keeps_its_numbers():
+    message = dp.Message()
+    assert (message.tag, message.sequence, message.body.size) == (0, -1, 0)
+    message.tag, message.sequence, message.send_time = 7, 3, 0.25
+    message.body = np.arange(32.0)
+    for other in (copy.deepcopy(message), pickle.loads(pickle.dumps(message))):
+        assert (other.tag, other.sequence, other.send_time) == (7, 3, 0.25)
+        np.testing.assert_array_equal(other.body, np.arange(32.0))
+    assert message.describe() == "a message with tag 7"
+    with pytest.raises(ValueError, match=r"body: expected shape \(n,\), n <= 32"):
+        message.body = np.zeros(33)
+    # Of another kind: no receiver takes it for valid.
+    assert not dp.PoseMessage.from_message(message).is_valid()
 
 
 def test_link_monitor():

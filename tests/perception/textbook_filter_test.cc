@@ -207,9 +207,9 @@ TEST(TextbookFilterTest, NumberOfAddedParticlesAgreesExactly) {
     const int expected = textbook.CountAdded(force, velocity, motion);
     // Behind the moved particles stand the added ones, and then the centre.
     for (int i = 0; i < expected; ++i) {
-      ASSERT_NEAR(state.augmented.col(1000 + i).norm(), 1, 1e-14);
+      ASSERT_NEAR(state.augmented->col(1000 + i).norm(), 1, 1e-14);
     }
-    EXPECT_TRUE(state.augmented.col(1000 + expected).isZero(0));
+    EXPECT_TRUE(state.augmented->col(1000 + expected).isZero(0));
     num_some += expected > 0 && expected < 1000;
   }
   EXPECT_GT(num_some, 100);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`dual-proxy bench filter`, the quick part of it."""
+"""`dual-proxy bench`, the quick part of it."""
 
 import dataclasses
 import json
@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from dual_proxy import cli
+from dual_proxy.bench import engine, filter_recordings, filter_report, pages
 from dual_proxy.bench import filter as bench
-from dual_proxy.bench import filter_recordings, filter_report
 from dual_proxy.settings import ScenarioError
 
 # A directory with recordings of a guided arm, if there is one.
@@ -166,7 +166,7 @@ def test_quantile_of_latencies_knows_what_was_missed():
 def test_page_is_filled_and_filled_again(results, tmp_path):
     page = tmp_path / "page.md"
     page.write_text(f"# Title\n\n{MARKS}")
-    filter_report.check_page(page)
+    pages.check_page(page, False, filter_report.PAGE_TABLES)
     filter_report.write_page(page, results)
     once = page.read_text()
     for name in ("grid", "targets", "dependence"):
@@ -178,10 +178,79 @@ def test_page_is_filled_and_filled_again(results, tmp_path):
     assert (tmp_path / "images" / "bench_filter.png").is_file()
 
 
+@pytest.fixture(scope="module")
+def engines(tmp_path_factory):
+    """Run `bench engine` once; return where it saves."""
+    out = tmp_path_factory.mktemp("engine")
+    assert cli.main(["bench", "engine", "--quick", "--out", str(out)]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def engine_rows(engines):
+    return json.loads((engines / "engine.json").read_text())["rows"]
+
+
+def test_every_engine_and_step_has_its_row(engines, engine_rows):
+    assert [(row["engine"], row["step_ms"]) for row in engine_rows] == [
+        (name, step) for name in ("drake", "bare") for step in (0.5, 1.0, 2.0)
+    ]
+    for row in engine_rows:
+        assert row["us_per_ms"] > 0
+        for phase in engine.PHASES:
+            assert all(0 <= error < math.inf for error in row[phase].values())
+        assert row["free"]["force_N"] == 0
+    table = engine.engine_table(engine_rows).splitlines()
+    assert len(table) == 2 + len(engine_rows)
+    assert {line.count("|") for line in table} == {13}
+    assert (engines / "engine.png").stat().st_size > 10000
+
+
+def test_finer_steps_have_smaller_errors(engine_rows):
+    for name in ("drake", "bare"):
+        of_engine = [row for row in engine_rows if row["engine"] == name]
+        for phase in engine.PHASES:
+            for key in ("position_um", "force_N")[: 1 if phase == "free" else 2]:
+                errors = [row[phase][key] for row in of_engine]
+                assert errors == sorted(errors), (name, phase, key)
+
+
+def test_bare_is_faster_and_sticks_better_at_equal_step(engine_rows):
+    drake, bare = engine_rows[:3], engine_rows[3:]
+    for one, other in zip(drake, bare, strict=True):
+        assert other["us_per_ms"] < one["us_per_ms"] / 2
+        for key in ("position_um", "force_N"):
+            assert other["sliding"][key] < one["sliding"][key]
+
+
+def test_errors_of_engines_are_deterministic(engine_rows):
+    plan = engine.Plan((1e-3,), engine.QUICK.reference_step, repeats=1)
+    again = engine.measure(plan)
+    for row in again:
+        (before,) = (
+            old
+            for old in engine_rows
+            if (old["engine"], old["step_ms"]) == (row["engine"], 1.0)
+        )
+        assert row | {"us_per_ms": 0} == before | {"us_per_ms": 0}
+
+
+def test_page_of_engines_is_filled(engine_rows, tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("<!-- dual-proxy bench engine -->\n\nText.\n")
+    pages.check_page(page, False, [engine.PAGE_TABLE])
+    engine.write_page(page, engine_rows)
+    assert page.read_text().startswith("<!-- dual-proxy bench engine -->\n| engine |")
+    assert page.read_text().endswith(" |\n\nText.\n")
+    assert (tmp_path / "images" / "bench_engine.png").is_file()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ([], "required: SUBJECT"),
+        (["engine", "--page", __file__], "expected a line '<!-- dual-proxy bench"),
+        (["engine", "--quick", "--page", "x.md"], "expected the whole benchmark"),
         (["arm"], "invalid choice: 'arm'"),
         (["filter", "--page", "no.md"], "--page no.md: No such file"),
         (["filter", "--page", __file__], "expected a line '<!-- dual-proxy bench"),

@@ -61,7 +61,7 @@ def station(monkeypatch, make_log):
         path.write_text(f"{len(log)} rows {failure} {links}")
 
     for name, content in (
-        ("station", {"build_station": Station}),
+        ("station", {"build_station": Station, "start_posture": None}),
         ("report", {"write_report": write_report}),
         ("replay", {"write_replay": write_replay}),
     ):

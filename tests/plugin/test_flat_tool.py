@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 import dual_proxy as dp
-from dual_proxy.log import ANGULAR_SIGNALS, SIGNALS, column_names, signal
+from dual_proxy.log import SIGNALS, column_names, signal, signals
 from dual_proxy.metrics import ANGULAR_METRICS, METRICS
-from dual_proxy.station import Station
+from dual_proxy.station import WIRINGS, Station
 
 # When the tool lies on the table and when it is twisted, s.
 PRESSED = slice(5.0, 14.0)
@@ -71,10 +71,14 @@ def test_without_the_angular_filter_the_tool_rides_on_its_edge(run):
     assert tilt_deg(without.log.loc[6.0:]).mean() > 1.5
     assert list(without.metrics) == list(METRICS)
     assert list(run.metrics) == [*METRICS, *ANGULAR_METRICS]
-    assert not set(ANGULAR_SIGNALS) & set(without.log.columns)
-    assert list(run.log.columns) == [
-        c for name in SIGNALS | ANGULAR_SIGNALS for c in column_names(name)
-    ]
+    assert list(run.log.columns) == [c for name in SIGNALS for c in column_names(name)]
+    more = set(signals(run.log.columns)) - set(signals(without.log.columns))
+    assert {name for name in more if not name.startswith("angular_filter_")} == {
+        "moment_dimension",
+        "moment_selection",
+        "contact_moment_dimension",
+        "contact_rotation_axis",
+    }
 
 
 def test_only_scenarios_that_ask_for_it_have_an_angular_filter():
@@ -84,13 +88,22 @@ def test_only_scenarios_that_ask_for_it_have_an_angular_filter():
         ({"angular_filter.enabled": False}, False),
         ({"scheme": "position_force"}, False),
     ):
-        station = Station(scenario.with_overrides(changes))
-        assert station.diagram.HasSubsystemNamed("angular_filter") == expected
-        outputs = {
-            station.diagram.get_output_port(i).get_name()
-            for i in range(station.diagram.num_output_ports())
-        }
-        assert ({"moment_selection", "moment_dimension"} <= outputs) == expected
+        for wiring in WIRINGS:
+            station = Station(scenario.with_overrides(changes), wiring=wiring)
+            outputs = {
+                station.diagram.get_output_port(i).get_name()
+                for i in range(station.diagram.num_output_ports())
+            }
+            assert ({"moment_selection", "moment_dimension"} <= outputs) == expected
+
+
+def test_both_wirings_give_the_same_bits():
+    logs = []
+    for wiring in WIRINGS:
+        station = Station(dp.load_scenario("flat_tool"), wiring=wiring)
+        station.advance_to(6.0)
+        logs.append(station.log_frame())
+    pd.testing.assert_frame_equal(*logs, check_exact=True)
 
 
 @pytest.mark.skipif(not dp.native_available(), reason="needs the C++ systems")

@@ -10,7 +10,6 @@ import pytest
 
 from dual_proxy import _core
 from dual_proxy.log import (
-    ANGULAR_SIGNALS,
     SIGNALS,
     column_names,
     load_log,
@@ -19,6 +18,7 @@ from dual_proxy.log import (
     release,
     save_log,
     signal,
+    signals,
     write_mcap,
 )
 
@@ -86,7 +86,6 @@ def test_matrices_and_scalars_come_in_their_natural_shape():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda v: v.pop("torque"), "missing.*torque"),
         (lambda v: v.update(torqe=0), "unknown.*torqe"),
         (lambda v: v.update(torque=np.zeros((50, 6))), r"torque: expected.*\(50, 7\)"),
         (lambda v: v.update(dimension=np.zeros(49)), "dimension: expected"),
@@ -99,23 +98,27 @@ def test_wrong_signals_are_refused(change, message):
         make_frame(np.arange(50), values)
 
 
-def test_signals_of_the_angular_filter_are_there_together_or_not_at_all():
+def test_a_log_has_those_signals_that_the_run_has():
     values = random_values()
-    angular = {
-        name: np.ones((50, len(entry.components)))
-        for name, entry in ANGULAR_SIGNALS.items()
-    }
-    frame = make_frame(np.arange(50), values | angular)
-    expected = [*SIGNALS, *ANGULAR_SIGNALS]
+    some = {name: values[name] for name in ("torque", "hand_position", "dimension")}
+    frame = make_frame(np.arange(50), some)
+    expected = ["hand_position", "torque", "dimension"]  # In the catalogue's order.
     assert list(frame.columns) == [c for name in expected for c in column_names(name)]
-    assert frame["moment_dimension"].dtype == np.int32
-    assert signal(frame, "moment_selection").shape == (50, 9)
-    del angular["reference_moment"]
-    with pytest.raises(ValueError, match=r"missing.*reference_moment"):
-        make_frame(np.arange(50), values | angular)
-    del angular["moment_dimension"]
-    with pytest.raises(ValueError, match=r"unknown.*moment_selection"):
-        make_frame(np.arange(50), values | angular)
+    assert signals(frame.columns) == expected
+    assert make_frame(np.arange(50), {}).shape == (50, 0)
+
+
+def test_every_signal_is_described():
+    assert len(SIGNALS) == len(set(SIGNALS)) > 80
+    for name, entry in SIGNALS.items():
+        assert entry.description, name
+        assert entry.frame in ("", "B", "D"), name
+    assert SIGNALS["torque"].unit == "N m"
+    assert SIGNALS["torque"].components == tuple("0123456")
+    assert SIGNALS["dimension"].integer
+    assert not SIGNALS["dimension"].counter
+    assert SIGNALS["robot_bad_inputs"].counter
+    assert SIGNALS["robot_bad_inputs"].description.endswith(", so far")
 
 
 def test_time_must_increase():

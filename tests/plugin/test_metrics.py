@@ -308,10 +308,42 @@ def test_a_log_cut_short_is_measured(scenario, make_log):
     assert values["haptic_force_ac_N"] is None  # Not steady yet.
 
 
-def test_only_the_signals_that_are_needed_must_be_there(scenario, make_log):
+def test_normal_error_needs_its_signals_only(scenario, make_log):
     log = make_log(scenario)
     needed = ["contact_force", "contact_normal", "force_direction", "force_selection"]
     columns = [c for c in log if c.startswith(tuple(needed)) or "dimension" in c]
-    np.testing.assert_array_equal(normal_error_deg(log[columns]), normal_error_deg(log))
-    with pytest.raises(ValueError, match="no signal `contact_force`"):
-        normal_error_deg(log.drop(columns="contact_force_x"))
+    error = normal_error_deg(log[columns])
+    np.testing.assert_array_equal(error, normal_error_deg(log))
+    assert np.isfinite(error).any()
+    assert np.isnan(normal_error_deg(log.drop(columns="contact_force_x"))).all()
+
+
+def test_what_the_log_has_not_is_none(scenario, make_log):
+    """As of a scheme without a filter, and with nothing but the truth."""
+    log = make_log(scenario)
+    of_filter = ["dimension", "force_direction_x", "force_direction_y"]
+    whole = compute_metrics(log, scenario)
+    without = compute_metrics(
+        log.drop(columns=[*of_filter, "force_direction_z"]), scenario
+    )
+    assert list(without) == list(METRICS)
+    gone = {key for key, value in without.items() if value != whole[key]}
+    assert gone == {
+        "normal_error_mean_deg",
+        "normal_error_p95_deg",
+        "dimension_accuracy",
+        "dimension_accuracy_total",
+        "false_contact_share",
+        "detection_latency_ms",
+        "force_tracking_rms_N",
+    }
+    assert all(without[key] is None for key in gone)
+    # Without a contact's truth there is nothing to compare with.
+    columns = [c for c in log if not c.startswith("contact_")]
+    few = compute_metrics(log[columns], scenario)
+    assert list(few) == list(METRICS)
+    assert few["contact_force_max_N"] is None
+    assert few["position_rms_free_m"] is None
+    assert few["joint_speed_share_max"] == whole["joint_speed_share_max"]
+    assert few["finite"] is True
+    json.dumps(few, allow_nan=False)

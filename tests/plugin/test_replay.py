@@ -143,6 +143,16 @@ def test_normal_points_out_of_the_surface_while_there_is_one(meshcat, sign):
     np.testing.assert_allclose(axis, [0, 0, 1], atol=1e-12)
 
 
+def test_a_row_of_a_run_without_a_filter_has_no_normal(meshcat):
+    row = make_row()
+    of_filter = [c for c in row if c.startswith(("dimension", "force_direction"))]
+    for column in of_filter:
+        del row[column]
+    SceneDrawer(meshcat).update(row)
+    assert meshcat.last[f"{ARROWS}/force_direction", "visible"] is False
+    assert meshcat.last[f"{ARROWS}/sensed_force", "visible"] is True
+
+
 def test_what_is_not_finite_is_not_drawn(meshcat):
     drawer = SceneDrawer(meshcat, workspace_map=Map())
     drawer.update(make_row())
@@ -227,8 +237,8 @@ def test_frame_rate_sets_how_much_is_recorded(tmp_path):
 def test_bad_arguments_are_refused(tmp_path):
     path = tmp_path / "replay.html"
     log = make_log(0.1)
-    with pytest.raises(ValueError, match=r"lacks the columns \['dimension'\]"):
-        write_replay(log.drop(columns="dimension"), path)
+    with pytest.raises(ValueError, match=r"lacks the columns \['joint_position_3'\]"):
+        write_replay(log.drop(columns="joint_position_3"), path)
     with pytest.raises(ValueError, match="empty"):
         write_replay(log.iloc[:0], path)
     with pytest.raises(ValueError, match="`frame_rate` expected > 0, got 0"):

@@ -107,6 +107,17 @@ def test_what_is_out_is_marked(scenario, make_log):
     assert "broke limits" not in text
 
 
+def test_a_run_without_a_filter_has_a_page_without_its_pictures(scenario, make_log):
+    log = make_log(scenario)
+    of_filter = [c for c in log if c.startswith(("dimension", "force_direction"))]
+    log = log.drop(columns=of_filter)
+    text = render_report(log, compute_metrics(log, scenario), scenario)
+    assert len(check(text)) == 5
+    expected = [section for section in SECTIONS if section != "Contact direction"]
+    assert re.findall("<h2>(.*?)</h2>", text) == expected
+    assert 'class="out"' not in text
+
+
 def test_equal_runs_give_equal_pages(page):
     assert page() == page()
 
@@ -130,7 +141,7 @@ def test_text_from_the_scenario_is_escaped(scenario, make_log):
 def test_values_that_are_not_finite_are_drawn_as_gaps(scenario, make_log):
     log = make_log(scenario).copy()
     log.iloc[5000:5100, :40] = np.nan
-    log.iloc[6000, 50] = np.inf
+    log.loc[log.index[6000], "reference_force_x"] = np.inf
     check(render_report(log, compute_metrics(log, scenario), scenario))
 
 

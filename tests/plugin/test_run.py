@@ -142,7 +142,10 @@ def test_station_can_be_reset_and_cloned():
 
 def test_a_lost_link_lets_go():
     """From 6 s on, in contact, nothing gets through any more."""
-    station = Station(dp.load_scenario("plane").with_overrides({"link.delay": 0.05}))
+    station = Station(
+        dp.load_scenario("plane").with_overrides({"link.delay": 0.05}),
+        wiring="systems",
+    )
     station.advance_to(6.0)
     # Nothing new arrives: the messages stay what they are.
     root = station.simulator.get_mutable_context()

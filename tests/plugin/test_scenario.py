@@ -9,6 +9,7 @@ import yaml
 
 from dual_proxy import scenario as scenario_module
 from dual_proxy.scenario import (
+    SCHEMES,
     Scenario,
     ScenarioError,
     list_scenarios,
@@ -152,7 +153,7 @@ def test_shared_values_are_written_once(plane):
         }
     )
     np.testing.assert_array_equal(dut.map.p_cw, [0.5, 0.01, 0.48])
-    for side in (dut.robot_proxy, dut.haptic_proxy, dut.position_force):
+    for side in (dut.robot_proxy, dut.haptic_proxy):
         assert side.map == dut.map
         assert side.link.timeout == 0.25
     for params in (
@@ -197,13 +198,20 @@ def test_shared_values_are_written_once(plane):
         (
             "scheme",
             "magic",
-            'plane.scheme: expected one of "dual_proxy", "position_force", got "magic"',
+            'plane.scheme: expected one of "dual_proxy", "position_force", '
+            '"position_position", got "magic"',
         ),
         (
             "law",
             "murphy",
             'plane.law: expected one of "default", "printed", got "murphy"',
         ),
+        (
+            "schemes.position_force.force_scale",
+            -1,
+            r"plane.schemes.position_force.force_scale: expected .*0, got -1",
+        ),
+        ("position_force.force_scale", 1, "plane: unknown key 'position_force'"),
         ("law", 3, "plane.law: expected a string, got 3"),
         ("robot", "ur5", 'plane.robot: expected one of "panda"'),
         ("map.R_cw", [[1, 0, 0]], "plane.map.R_cw: expected 3 x 3 numbers"),
@@ -346,6 +354,23 @@ def test_baseline_has_its_own_gains_and_gives_them_back(plane):
     assert dut.with_overrides({"scheme": "dual_proxy"}) == plane
     twin = pickle.loads(pickle.dumps(dut))
     assert twin.with_overrides({"scheme": "dual_proxy"}) == plane
+
+
+def test_one_file_has_the_parameters_of_all_schemes(plane):
+    dut = plane.with_overrides(
+        {
+            "schemes.position_force.force_scale": 0.5,
+            "schemes.position_position.haptic_stiffness": 300,
+        }
+    )
+    assert dut.schemes.position_force.force_scale == 0.5
+    for scheme in SCHEMES:
+        other = dut.with_overrides({"scheme": scheme})
+        assert other.schemes == dut.schemes
+        for params in (other.robot_side_params(), other.haptic_side_params()):
+            assert params.scheme == scheme
+            assert params.schemes == dut.schemes
+        assert other.uses_selections == (scheme == "dual_proxy")
 
 
 def test_overrides_of_one_section_add_up(plane):

@@ -423,7 +423,7 @@ TEST_F(RobotSideProxyTest, SeededChaosNeitherStepsNorBreaksALimit) {
     link.delay = 0.15;
     link.jitter = 0.05;
     link.loss = 0.2;
-    const CommunicationChannel<PoseMessage> channel(link);
+    const CommunicationChannel channel(link);
     auto channel_state = channel.MakeState(seed);
     const PoseSender sender{PoseSenderParams{}};
     PoseSenderState sender_state;
@@ -444,8 +444,11 @@ TEST_F(RobotSideProxyTest, SeededChaosNeitherStepsNorBreaksALimit) {
       }
       sender.Update(time(), hand, Matrix3d::Zero(), Matrix3d::Zero(),
                     &sender_state);
-      if (!silent) channel.Send(time(), sender_state.message, &channel_state);
-      input_.message = channel.Receive(time(), channel_state);
+      if (!silent) {
+        channel.Send(time(), ToMessage(sender_state.message), &channel_state);
+      }
+      input_.message =
+          FromMessage<PoseMessage>(channel.Receive(time(), channel_state));
       const RobotSideProxyInput good = input_;
       if (random.Uniform() < 0.01) input_.X_BE.p.x() = kNan;
       if (random.Uniform() < 0.01) input_.force_selection(1, 1) = kNan;

@@ -14,7 +14,6 @@
 namespace dual_proxy {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -26,10 +25,21 @@ class HapticSideTest : public ::testing::Test {
     HapticSideInput input;
     input.X_DH.p = 0.01 * Vector3d(random_.Normal(), random_.Normal(), -1);
     input.device_velocity.head<3>() = Vector3d(0.1, 0, 0.02);
-    input.message.sequence = tick / 20;
-    input.message.send_time = 0.001 * (tick / 20 * 20);
-    input.message.force_selection = Vector3d::UnitZ().asDiagonal();
+    PoseMessage message{.sequence = tick / 20,
+                        .send_time = 0.001 * (tick / 20 * 20),
+                        .pose = {}};
+    message.force_selection = Vector3d::UnitZ().asDiagonal();
+    input.message = ToMessage(message);
     return input;
+  }
+
+  VectorXd Signals() const {
+    VectorXd vector(SizeOf(dut_.layout()));
+    Eigen::Ref<VectorXd> numbers(vector);
+    SignalSink sink(&numbers);
+    dut_.VisitSignals(state_, &sink);
+    EXPECT_EQ(sink.size(), vector.size());
+    return vector;
   }
 
   HapticSide dut_;
@@ -37,52 +47,50 @@ class HapticSideTest : public ::testing::Test {
   RandomStream random_{11};
 };
 
-// The fused side and the separate parts give the same bits.
+// The side adds nothing to its half and its controller.
 TEST_F(HapticSideTest, SameAsItsParts) {
   const HapticSideParams params = dut_.params();
-  const HapticSideProxy proxy(params.proxy);
+  const HapticHalf half = Schemes::MakeHapticHalf(
+      static_cast<int>(params.scheme),
+      {.proxy = params.proxy, .sender = params.sender}, params.schemes);
   const HapticController controller(params.controller);
-  const PoseSender sender(params.sender);
-  HapticSideProxyState proxy_state = proxy.MakeState();
+  HapticHalf::State half_state = half.MakeState();
   HapticControllerState controller_state = controller.MakeState();
-  PoseSenderState sender_state = sender.MakeState();
   for (int i = 0; i < 500; ++i) {
     const double time = 0.001 * i;
     const HapticSideInput input = Input(i);
     dut_.Update(time, input, &state_);
-    proxy.Update(time, {.message = input.message, .X_DH = input.X_DH},
-                 &proxy_state);
-    const Vector6d wrench = controller.Update(
-        proxy_state.output.reference_force, proxy_state.output.reference_moment,
-        input.device_velocity, proxy_state.output.force_selection,
-        &controller_state);
-    const PoseMessage& message = sender.Update(
-        time, input.X_DH, Matrix3d::Zero(), Matrix3d::Zero(), &sender_state);
-    EXPECT_EQ(state_.output.device_wrench, wrench);
-    EXPECT_EQ(state_.output.message.sequence, message.sequence);
-    EXPECT_EQ(state_.output.message.pose.p, message.pose.p);
+    half.Update(time,
+                {.message = input.message,
+                 .X_DH = input.X_DH,
+                 .device_velocity = input.device_velocity},
+                &half_state);
+    const HapticSetpoint& setpoint = half_state.output().setpoint;
+    EXPECT_EQ(
+        state_.output.device_wrench,
+        controller.Update(setpoint.reference_force, setpoint.reference_moment,
+                          input.device_velocity, setpoint.force_selection,
+                          &controller_state));
+    EXPECT_EQ(state_.half.output().message.sequence,
+              half_state.output().message.sequence);
+    EXPECT_EQ(state_.half.output().message.body,
+              half_state.output().message.body);
   }
   EXPECT_GT(state_.output.device_wrench.norm(), 0.1);
-  EXPECT_EQ(state_.output.message.sequence, 24);
+  EXPECT_EQ(state_.half.output().message.sequence, 24);
 }
 
 TEST_F(HapticSideTest, LayoutNamesWhatIsWritten) {
   for (int i = 0; i < 50; ++i) dut_.Update(0.001 * i, Input(i), &state_);
-  VectorXd vector(HapticSide::OutputSize());
-  HapticSide::WriteVector(state_.output, vector);
-  int expected_start = 0;
+  const VectorXd vector = Signals();
   bool found = false;
-  for (const SignalSlice& signal : HapticSide::OutputLayout()) {
-    EXPECT_EQ(signal.start, expected_start) << signal.name;
-    expected_start += signal.size;
-    if (signal.name == "device_force") {
-      found = true;
-      EXPECT_EQ(vector.segment<3>(signal.start),
-                state_.output.device_wrench.head<3>());
-    }
+  for (const SignalSlice& signal : dut_.layout()) {
+    if (signal.name != "device_force") continue;
+    found = true;
+    EXPECT_EQ(vector.segment<3>(signal.start),
+              state_.output.device_wrench.head<3>());
   }
   EXPECT_TRUE(found);
-  EXPECT_EQ(expected_start, vector.size());
 }
 
 TEST_F(HapticSideTest, NotFiniteGivesNoForceAndIsCounted) {
@@ -100,7 +108,7 @@ TEST_F(HapticSideTest, CycleThatBothRefuseCountsOnce) {
   input.device_velocity(1) = std::numeric_limits<double>::quiet_NaN();
   input.X_DH.p(0) = std::numeric_limits<double>::quiet_NaN();
   dut_.Update(0.05, input, &state_);
-  EXPECT_EQ(state_.proxy.bad_inputs, 1);
+  EXPECT_EQ(state_.half.output().bad_inputs, 1);
   EXPECT_EQ(state_.controller.bad_inputs, 1);
   EXPECT_EQ(state_.output.bad_inputs, 1);
   input = Input(51);
@@ -109,17 +117,19 @@ TEST_F(HapticSideTest, CycleThatBothRefuseCountsOnce) {
   EXPECT_EQ(state_.output.bad_inputs, 2);
   dut_.Update(0.052, Input(52), &state_);
   EXPECT_EQ(state_.output.bad_inputs, 2);
-  EXPECT_EQ(state_.output.sender_bad_inputs, 2);
+  EXPECT_EQ(state_.half.output().sender_bad_inputs, 2);
 }
 
 TEST_F(HapticSideTest, CopyContinuesAlikeWithoutAllocation) {
   for (int i = 0; i < 50; ++i) dut_.Update(0.001 * i, Input(i), &state_);
   HapticSideState copy = state_;
   const HapticSideInput input = Input(50);
-  VectorXd vector(HapticSide::OutputSize());
+  VectorXd vector(SizeOf(dut_.layout()));
+  Eigen::Ref<VectorXd> numbers(vector);
   ScopedNoAlloc guard;
   dut_.Update(0.05, input, &state_);
-  HapticSide::WriteVector(state_.output, vector);
+  SignalSink sink(&numbers);
+  dut_.VisitSignals(state_, &sink);
   EXPECT_EQ(guard.count(), 0);
   dut_.Update(0.05, input, &copy);
   EXPECT_EQ(copy.output.device_wrench, state_.output.device_wrench);

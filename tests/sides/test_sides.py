@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The fused sides from Python: one call per cycle, one flat vector out."""
+"""The fused sides from Python: one call per cycle, one flat vector state."""
 
 import copy
 
@@ -55,16 +55,28 @@ def device_arguments(**kwargs):
     return values | kwargs
 
 
-@pytest.mark.parametrize("side", [dp.RobotSide, dp.HapticSide])
-def test_layout_covers_the_vector(side):
+@pytest.mark.parametrize("side", [dp.RobotSide(), dp.HapticSide()])
+def test_layout_covers_the_signals(side):
     stop = 0
-    for part in side.output_layout().values():
+    for part in side.layout.values():
         assert part.start == stop
         stop = part.stop
-    assert stop == side.output_size()
-    vector = side().make_state().output.as_vector()
-    assert vector.shape == (stop,)
-    assert vector.dtype == np.float64
+    signals = side.signals(side.make_state())
+    assert signals.shape == (stop,)
+    assert signals.dtype == np.float64
+
+
+def test_signals_are_those_that_the_scheme_has():
+    layouts = {}
+    for scheme in dp.scenario.SCHEMES:
+        params = dp.RobotSideParams(scheme=scheme)
+        params.perception.angular_filter.enabled = True
+        layouts[scheme] = set(dp.RobotSide(params).layout)
+    found = {"dimension", "force_direction", "moment_dimension", "moment_selection"}
+    assert found <= layouts["dual_proxy"]
+    for scheme in ("position_force", "position_position"):
+        assert not found & layouts[scheme]
+        assert layouts[scheme] < layouts["dual_proxy"]
 
 
 def test_robot_vector_holds_the_attributes():
@@ -80,44 +92,66 @@ def test_robot_vector_holds_the_attributes():
             ),
             state=state,
         )
-    out = state.output
-    vector = out.as_vector()
+    vector = dut.signals(state)
     assert np.all(np.isfinite(vector))
-    layout = dp.RobotSide.output_layout()
+    layout = dut.layout
     for name, value in {
         "robot_position": [0.4, 0.0, 0.3],
         "robot_orientation": [1.0, 0.0, 0.0, 0.0],
-        "robot_proxy_position": out.proxy_position,
-        "robot_proxy_velocity": out.proxy_velocity,
-        "motion_error": out.motion_error,
-        "rotation_error": out.rotation_error,
-        "reference_force": out.reference_force,
+        "robot_proxy_position": state.proxy_position,
+        "robot_proxy_velocity": state.proxy_velocity[:3],
+        "motion_error": state.motion_error,
+        "rotation_error": state.rotation_error,
+        "reference_force": state.reference_force,
         "sensed_force": [0.0, 0.0, -5.0],
-        "motion_force": out.controller.motion_force,
-        "force_space_force": out.controller.contact_force,
+        "motion_force": state.controller.motion_force,
+        "force_space_force": state.controller.contact_force,
         "force_selection": ALONG_Z.ravel(),
-        "torque": out.torque,
-        "observed_energy": [out.controller.observed_energy],
-        "injected_damping": [out.controller.injected_damping],
+        "torque": state.torque,
+        "observed_energy": [state.controller.observed_energy],
+        "injected_damping": [state.controller.injected_damping],
         "robot_link_status": [1.0],
-        "robot_link_age": [out.link_age],
-        "mean_sensed_force": out.filter_means.sensed_force,
-        "mean_velocity": out.filter_means.velocity,
-        "mean_motion_force": out.filter_means.motion_force,
-        "mean_contact_force": out.filter_means.contact_force,
+        "robot_link_age": [state.link.age],
     }.items():
         np.testing.assert_array_equal(vector[layout[name]], value, err_msg=name)
-    assert out.reference_force[2] < -1
-    assert out.message.sequence == 4
-    np.testing.assert_array_equal(out.message.force_selection, ALONG_Z)
+    assert state.reference_force[2] < -1
+    assert state.message.sequence == 4
+    np.testing.assert_array_equal(state.message.force_selection, ALONG_Z)
+
+
+@pytest.mark.parametrize("given", [None, ALONG_Z, np.diag([1.0, 0.0, 0.0])])
+def test_selection_is_that_of_the_filter_unless_somebody_else_knows_it(given):
+    dut = dp.RobotSide()
+    state = dut.make_state(seed=3)
+    for i in range(300):
+        dut.update(
+            **robot_arguments(
+                time=0.001 * i,
+                force_selection=given,
+                moment_selection=None,
+                sensed_wrench=np.array([0, 0, -9.0, 0, 0, 0]),
+            ),
+            state=state,
+        )
+    if given is None:
+        assert state.filter.dimension == 1
+        np.testing.assert_array_equal(
+            state.force_selection, state.filter.force_selection
+        )
+        assert state.force_selection[2, 2] > 0.9
+        np.testing.assert_allclose(state.filter_means.sensed, [0, 0, -9.0], rtol=1e-12)
+    else:
+        assert state.filter.dimension == 0
+        np.testing.assert_array_equal(state.force_selection, given)
+    np.testing.assert_array_equal(state.message.force_selection, state.force_selection)
 
 
 def test_robot_outputs_are_copies():
     dut = dp.RobotSide()
     state = dut.make_state()
     dut.update(**robot_arguments(), state=state)
-    torque = state.output.controller.torque
-    sent = state.output.message
+    torque = state.controller.torque
+    sent = state.message
     before = torque.copy()
     for i in range(1, 30):
         dut.update(
@@ -125,9 +159,9 @@ def test_robot_outputs_are_copies():
             state=state,
         )
     np.testing.assert_array_equal(torque, before)
-    assert np.any(state.output.controller.torque != before)
+    assert np.any(state.controller.torque != before)
     assert sent.sequence == 0
-    assert state.output.message.sequence == 1
+    assert state.message.sequence == 1
 
 
 def test_robot_state_is_copied_by_value():
@@ -139,15 +173,15 @@ def test_robot_state_is_copied_by_value():
     values["time"] = 0.001
     dut.update(**values, state=state)
     dut.update(**values, state=fork)
-    np.testing.assert_array_equal(fork.output.as_vector(), state.output.as_vector())
+    np.testing.assert_array_equal(dut.signals(fork), dut.signals(state))
 
 
 def test_robot_refuses_what_is_not_finite():
     dut = dp.RobotSide()
     state = dut.make_state()
     dut.update(**robot_arguments(sensed_wrench=np.full(6, np.nan)), state=state)
-    assert state.output.bad_inputs == 1
-    np.testing.assert_array_equal(state.output.torque, np.zeros(7))
+    assert state.bad_inputs == 1
+    np.testing.assert_array_equal(state.torque, np.zeros(7))
 
 
 def test_haptic_side_pushes_the_hand_out_of_the_force_space():
@@ -162,13 +196,14 @@ def test_haptic_side_pushes_the_hand_out_of_the_force_space():
             ),
             state=state,
         )
-    out = state.output
     # Force-matched: 2.5 x 500 N/m. The robot is at the origin of its base.
-    np.testing.assert_allclose(out.reference_force, [0, 0, 5.0], atol=1e-9)
-    np.testing.assert_allclose(out.device_wrench, [0, 0, 5.0, 0, 0, 0], atol=1e-9)
-    layout = dp.HapticSide.output_layout()
-    vector = out.as_vector()
-    np.testing.assert_array_equal(vector[layout["device_force"]], out.device_wrench[:3])
+    np.testing.assert_allclose(state.reference_force, [0, 0, 5.0], atol=1e-9)
+    np.testing.assert_allclose(state.device_wrench, [0, 0, 5.0, 0, 0, 0], atol=1e-9)
+    layout = dut.layout
+    vector = dut.signals(state)
+    np.testing.assert_array_equal(
+        vector[layout["device_force"]], state.device_wrench[:3]
+    )
     np.testing.assert_array_equal(vector[layout["device_position"]], [0.01, 0, -0.004])
     np.testing.assert_array_equal(
         vector[layout["haptic_force_selection"]], ALONG_Z.ravel()
@@ -194,8 +229,10 @@ def test_params_are_checked_together():
     params.controller.period = 0.002
     with pytest.raises(ValueError, match=r"`controller.period` expected the proxy's"):
         dp.RobotSide(params)
-    with pytest.raises(ValueError, match=r"`filter_period`"):
-        dp.RobotSideParams(filter_period=0.0)
+    params = dp.RobotSideParams()
+    params.perception.filter.period = 1e-4
+    with pytest.raises(ValueError, match=r"`perception.filter.period`.*the control"):
+        dp.RobotSide(params)
 
 
 def test_window_mean():
@@ -225,5 +262,5 @@ def test_twist_is_the_one_that_update_uses():
         state = dp.RobotSide().make_state()
         dp.RobotSide().update(**robot_arguments(jacobian=jacobian, v=v), state=state)
         twist = dp.RobotSide.calc_twist(jacobian, v)
-        np.testing.assert_array_equal(twist, state.output.velocity)
+        np.testing.assert_array_equal(twist, state.velocity)
         np.testing.assert_allclose(twist, jacobian @ v, rtol=1e-12, atol=1e-14)

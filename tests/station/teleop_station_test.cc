@@ -46,16 +46,12 @@ const char* const kCounters[] = {"robot_link_dropped",
                                  "robot_bad_inputs",
                                  "robot_limiter_bad_inputs",
                                  "robot_sender_bad_inputs",
-                                 "robot_force_sender_bad_inputs",
                                  "robot_singular",
                                  "torque_limited",
                                  "torque_rate_limited",
                                  "joint_limited",
                                  "sensor_bad_inputs",
                                  "sensor_tares_refused",
-                                 "filter_means_bad_inputs",
-                                 "filter_bad_inputs",
-                                 "filter_all_weights_zero",
                                  "haptic_bad_inputs",
                                  "haptic_sender_bad_inputs",
                                  "device_bad_inputs"};
@@ -91,9 +87,9 @@ std::string Text(const Scenario& scenario) {
 
 // A station in a diagram of its own.
 struct Bench {
-  explicit Bench(const Scenario& scenario) {
+  explicit Bench(const Scenario& scenario, Wiring wiring = Wiring::kFused) {
     DiagramBuilder<double> builder;
-    station = AddTeleopStation(&builder, scenario);
+    station = AddTeleopStation(&builder, scenario, wiring);
     diagram = builder.Build();
     simulator = std::make_unique<Simulator<double>>(*diagram);
     simulator->Initialize();
@@ -108,6 +104,25 @@ struct Bench {
   std::unique_ptr<Diagram<double>> diagram;
   std::unique_ptr<Simulator<double>> simulator;
 };
+
+// What is saved in examples/, with a scheme.
+Scenario LoadPlane(Scheme scheme) {
+  Scenario scenario = LoadScenario(kPlane);
+  scenario.scheme = scheme;
+  scenario.ApplyPresets();
+  scenario.Distribute();
+  return scenario;
+}
+
+// Signal by signal, whatever their order.
+void ExpectEqual(const RunLog& a, const RunLog& b) {
+  EXPECT_EQ(a.time, b.time);
+  EXPECT_EQ(a.signals.size(), b.signals.size());
+  for (const RunLog::NamedValues& signal : a.signals) {
+    ASSERT_TRUE(b.Has(signal.name)) << signal.name;
+    EXPECT_EQ(signal.values, b.Signal(signal.name)) << signal.name;
+  }
+}
 
 bool AreEqual(const RunLog& a, const RunLog& b) {
   return a.time == b.time &&
@@ -130,7 +145,7 @@ TEST(LoadScenarioTest, DrakesReaderReadsWhatPythonReads) {
 
   const Scenario everything = LoadScenario(kEverything);
   EXPECT_EQ(everything.name, "one_of_everything");
-  EXPECT_EQ(everything.scheme, Scheme::kPositionForce);
+  EXPECT_EQ(everything.scheme, SchemeOf<PositionForceScheme>);
   EXPECT_EQ(everything.law, Law::kPrinted);
   EXPECT_EQ(everything.scene.boxes.size(), 2u);
   EXPECT_EQ(everything.scene.boxes[1].yaw, -0.25);
@@ -179,28 +194,62 @@ TEST(LoadScenarioTest, ErrorsNameWhatIsWrong) {
 }
 
 TEST(TeleopStationTest, DiagramHasThePicturesNamesAndOutputs) {
-  const Bench dut(LoadScenario(kPlane));
-  for (const char* name : {"robot_side", "haptic_side", "filter", "to_robot",
-                           "to_device", "reaction", "contact_truth"}) {
-    EXPECT_TRUE(dut.diagram->HasSubsystemNamed(name)) << name;
-  }
+  const Bench fused(LoadScenario(kPlane));
+  const Bench systems(LoadScenario(kPlane), Wiring::kSystems);
+  EXPECT_TRUE(fused.diagram->HasSubsystemNamed("loop"));
   for (const char* name :
-       {"robot_state", "sensed_wrench", "torque", "device_pose",
-        "device_wrench", "force_selection", "dimension"}) {
-    EXPECT_TRUE(dut.diagram->HasOutputPort(name)) << name;
+       {"robot_side", "haptic_side", "to_robot", "to_device", "reaction"}) {
+    EXPECT_TRUE(systems.diagram->HasSubsystemNamed(name)) << name;
+    EXPECT_FALSE(fused.diagram->HasSubsystemNamed(name)) << name;
+  }
+  for (const Bench* dut : {&fused, &systems}) {
+    for (const char* name :
+         {"robot_state", "sensed_wrench", "torque", "device_pose",
+          "device_wrench", "force_selection", "dimension"}) {
+      EXPECT_TRUE(dut->diagram->HasOutputPort(name)) << name;
+    }
   }
 }
 
-TEST(TeleopStationTest, AngularFilterIsThereIfAskedFor) {
-  const std::string names[] = {"moment_selection", "moment_dimension"};
-  const Bench without(LoadScenario(kPlane));
-  EXPECT_FALSE(without.diagram->HasSubsystemNamed("angular_filter"));
-  const Bench dut(LoadScenario(kFlatTool));
-  EXPECT_TRUE(dut.diagram->HasSubsystemNamed("angular_filter"));
-  for (const std::string& name : names) {
-    EXPECT_TRUE(dut.diagram->HasOutputPort(name)) << name;
-    EXPECT_FALSE(without.diagram->HasOutputPort(name)) << name;
+TEST(TeleopStationTest, OutputsOfTheFiltersThatThereAre) {
+  for (const Wiring wiring : {Wiring::kFused, Wiring::kSystems}) {
+    const auto has = [wiring](const Scenario& scenario, const char* output) {
+      return Bench(scenario, wiring).diagram->HasOutputPort(output);
+    };
+    for (const char* name : {"moment_selection", "moment_dimension"}) {
+      EXPECT_FALSE(has(LoadScenario(kPlane), name)) << name;
+      EXPECT_TRUE(has(LoadScenario(kFlatTool), name)) << name;
+    }
+    for (const char* name : {"force_selection", "dimension"}) {
+      EXPECT_FALSE(has(LoadPlane(SchemeOf<PositionForceScheme>), name)) << name;
+    }
   }
+}
+
+// How a station is wired makes no difference to a single bit, whatever the link
+// does to the messages.
+TEST(TeleopStationTest, BothWiringsGiveTheSameBits) {
+  const auto expect_equal = [](Scenario scenario) {
+    scenario.link.channel = {.delay = 0.03, .jitter = 0.02, .loss = 0.2};
+    Bench fused(scenario);
+    Bench systems(scenario, Wiring::kSystems);
+    ExpectEqual(fused.AdvanceTo(4.5), systems.AdvanceTo(4.5));
+    // Also what is to be seen at the ports.
+    for (int i = 0; i < fused.diagram->num_output_ports(); ++i) {
+      const auto& port = fused.diagram->get_output_port(i);
+      if (port.get_data_type() != drake::systems::kVectorValued) continue;
+      EXPECT_EQ(port.Eval(fused.simulator->get_context()),
+                systems.diagram->GetOutputPort(port.get_name())
+                    .Eval(systems.simulator->get_context()))
+          << port.get_name();
+    }
+  };
+  Schemes::ForEach([&]<typename S>() {
+    SCOPED_TRACE(S::kName);
+    expect_equal(LoadPlane(SchemeOf<S>));
+  });
+  SCOPED_TRACE("angular filter");
+  expect_equal(LoadScenario(kFlatTool));
 }
 
 TEST(TeleopStationTest, FlatToolIsPressedFlat) {
@@ -256,22 +305,20 @@ TEST(TeleopStationTest, ToolGoesDownOntoTheTableAndFeelsIt) {
   EXPECT_EQ(metrics.size(), MetricDescriptions().size());
 }
 
-TEST(TeleopStationTest, BaselineSendsTheSensedForceBack) {
-  Scenario scenario = LoadScenario(kPlane);
-  scenario.scheme = Scheme::kPositionForce;
-  scenario.ApplyPresets();
-  const RunLog log = Bench(scenario).AdvanceTo(4.5);
-  const Eigen::Index last = log.time.size() - 1;
-  EXPECT_LT(log.Signal<3>("contact_force")(last, 2), -1);
-  EXPECT_GT(log.Signal<3>("device_force")(last, 2), 0.5);
-  EXPECT_EQ(log.Signal<1>("haptic_link_status")(last, 0), 1);
+TEST(TeleopStationTest, OtherSchemesLetTheHandFeelTheTable) {
+  for (const Scheme scheme :
+       {SchemeOf<PositionForceScheme>, SchemeOf<PositionPositionScheme>}) {
+    const RunLog log = Bench(LoadPlane(scheme)).AdvanceTo(4.5);
+    const Eigen::Index last = log.time.size() - 1;
+    EXPECT_LT(log.Signal<3>("contact_force")(last, 2), -1);
+    EXPECT_GT(log.Signal<3>("device_force")(last, 2), 0.5);
+    EXPECT_EQ(log.Signal<1>("haptic_link_status")(last, 0), 1);
+  }
 }
 
 TEST(TeleopStationTest, AllCountersAreLogged) {
-  for (const Scheme scheme : {Scheme::kDualProxy, Scheme::kPositionForce}) {
-    Scenario scenario = LoadScenario(kPlane);
-    scenario.scheme = scheme;
-    scenario.ApplyPresets();
+  Schemes::ForEach([]<typename S>() {
+    Scenario scenario = LoadPlane(SchemeOf<S>);
     scenario.link.channel.loss = 0.3;
     const RunLog log = Bench(scenario).AdvanceTo(1.0);
     const Eigen::Index last = log.time.size() - 1;
@@ -282,7 +329,11 @@ TEST(TeleopStationTest, AllCountersAreLogged) {
                              "robot_link_gaps", "haptic_link_gaps"}) {
       EXPECT_GT(log.Signal<1>(name)(last, 0), 5) << name;
     }
-  }
+    for (const char* name : {"filter_means_bad_inputs", "filter_bad_inputs",
+                             "filter_all_weights_zero", "dimension"}) {
+      EXPECT_EQ(log.Has(name), S::kUsesSelections) << name;
+    }
+  });
 }
 
 // A step that has nothing in common with the control period.

@@ -10,7 +10,6 @@
 
 #include <drake/common/yaml/yaml_io.h>
 
-#include "dual_proxy/baselines/position_force_haptic_side_system.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/common/window_mean_system.h"
 #include "dual_proxy/control/arm_kinematics_system.h"
@@ -112,10 +111,8 @@ T Load(const std::string& file) {
 
 // Numbers of a value in a trace, where a Matrix3X has one column.
 const std::map<std::string, int>& TypeWidths() {
-  static const std::map<std::string, int> widths{{"PoseMessage", 32},
-                                                 {"ForceMessage", 5},
-                                                 {"RigidTransform", 12},
-                                                 {"Matrix3X", 3}};
+  static const std::map<std::string, int> widths{
+      {"PoseMessage", 32}, {"RigidTransform", 12}, {"Matrix3X", 3}};
   return widths;
 }
 
@@ -146,6 +143,10 @@ std::vector<std::string> ExpectedColumns(const FaceRow& row) {
   return columns;
 }
 
+Matrix3d MatrixFromFlat(const Eigen::Ref<const VectorXd>& rows) {
+  return Eigen::Map<const RowMajor3>(rows.data());
+}
+
 }  // namespace
 
 int PortRow::Width() const {
@@ -169,10 +170,12 @@ RobotSideProxyParams FaceParams::robot_side_proxy() const {
   return params;
 }
 
-RobotSideParams FaceParams::robot_side(double angular_filter_period) const {
+RobotSideParams FaceParams::robot_side(bool angular_filter) const {
   RobotSideParams params;
   params.proxy = robot_side_proxy();
-  params.angular_filter_period = angular_filter_period;
+  AngularFilterParams& angular = params.perception.angular_filter;
+  angular.enabled = angular_filter;
+  angular.filter.period = filter.period;
   return params;
 }
 
@@ -197,13 +200,8 @@ std::unique_ptr<System<double>> MakeFace(const std::string& name) {
        [] { return std::make_unique<HapticSideProxySystem>(); }},
       {"CommunicationChannel",
        [&p] {
-         return std::make_unique<CommunicationChannelSystem<PoseMessage>>(
-             p.channel, p.channel_seed);
-       }},
-      {"CommunicationChannelOfForces",
-       [&p] {
-         return std::make_unique<CommunicationChannelSystem<ForceMessage>>(
-             p.channel, p.channel_seed);
+         return std::make_unique<CommunicationChannelSystem>(p.channel,
+                                                             p.channel_seed);
        }},
       {"ForceSpaceParticleFilter",
        [&p] {
@@ -219,8 +217,6 @@ std::unique_ptr<System<double>> MakeFace(const std::string& name) {
        }},
       {"HapticController",
        [] { return std::make_unique<HapticControllerSystem>(); }},
-      {"PositionForceHapticSide",
-       [] { return std::make_unique<PositionForceHapticSideSystem>(); }},
       {"PoseSender", [] { return std::make_unique<PoseSenderSystem>(); }},
       {"WindowMean",
        [&p] { return std::make_unique<WindowMeanSystem>(p.window); }},
@@ -247,8 +243,8 @@ std::unique_ptr<System<double>> MakeFace(const std::string& name) {
        }},
       {"RobotSideWithAngularFilter",
        [&p] {
-         return std::make_unique<RobotSideSystem>(p.robot_side(p.filter.period),
-                                                  p.arm, p.q_start);
+         return std::make_unique<RobotSideSystem>(p.robot_side(true), p.arm,
+                                                  p.q_start);
        }},
       {"HapticSide", [] { return std::make_unique<HapticSideSystem>(); }},
       {"HapticSideWithDevice", [&p] {
@@ -288,31 +284,18 @@ VectorXd Flatten(const PoseMessage& message) {
                       Flatten(message.moment_selection)});
 }
 
-VectorXd Flatten(const ForceMessage& message) {
-  return Concatenate({Eigen::Vector2d(static_cast<double>(message.sequence),
-                                      message.send_time),
-                      message.force});
-}
-
 VectorXd Flatten(const AbstractValue& value) {
   if (const auto* vector =
           value.maybe_get_value<drake::systems::BasicVector<double>>()) {
     return vector->value();
   }
-  if (const auto* message = value.maybe_get_value<PoseMessage>()) {
-    return Flatten(*message);
-  }
-  if (const auto* message = value.maybe_get_value<ForceMessage>()) {
-    return Flatten(*message);
+  if (const auto* message = value.maybe_get_value<Message>()) {
+    return Flatten(FromMessage<PoseMessage>(*message));
   }
   if (const auto* normals = value.maybe_get_value<Matrix3Xd>()) {
     return normals->cols() > 0 ? Vector3d(normals->col(0)) : Vector3d::Zero();
   }
   return Flatten(ToPose(value.get_value<RigidTransformd>()));
-}
-
-Matrix3d MatrixFromFlat(const Eigen::Ref<const VectorXd>& rows) {
-  return Eigen::Map<const RowMajor3>(rows.data());
 }
 
 Pose PoseFromFlat(const Eigen::Ref<const VectorXd>& numbers) {
@@ -325,12 +308,6 @@ PoseMessage PoseMessageFromFlat(const VectorXd& numbers) {
           .pose = PoseFromFlat(numbers.segment<12>(2)),
           .force_selection = MatrixFromFlat(numbers.segment<9>(14)),
           .moment_selection = MatrixFromFlat(numbers.segment<9>(23))};
-}
-
-ForceMessage ForceMessageFromFlat(const VectorXd& numbers) {
-  return {.sequence = static_cast<std::int64_t>(numbers[0]),
-          .send_time = numbers[1],
-          .force = numbers.segment<3>(2)};
 }
 
 std::vector<TraceRow> LoadTrace(const std::string& name) {
@@ -400,9 +377,7 @@ void FacePlayer::Fix(const FlatInputs& inputs) {
     if (row.type.empty()) {
       port.FixValue(context, value);
     } else if (row.type == "PoseMessage") {
-      port.FixValue(context, PoseMessageFromFlat(value));
-    } else if (row.type == "ForceMessage") {
-      port.FixValue(context, ForceMessageFromFlat(value));
+      port.FixValue(context, ToMessage(PoseMessageFromFlat(value)));
     } else if (row.type == "RigidTransform") {
       const Pose X = PoseFromFlat(value);
       port.FixValue(context,

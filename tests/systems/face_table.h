@@ -75,7 +75,7 @@ struct FaceParams {
   }
   /** Parameters with the map. */
   RobotSideProxyParams robot_side_proxy() const;
-  RobotSideParams robot_side(double angular_filter_period = 0) const;
+  RobotSideParams robot_side(bool angular_filter = false) const;
 };
 
 const FaceParams& GetFaceParams();
@@ -92,14 +92,11 @@ the first column, zero if there is none. */
 Eigen::VectorXd Flatten(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
 Eigen::VectorXd Flatten(const Pose& pose);
 Eigen::VectorXd Flatten(const PoseMessage& message);
-Eigen::VectorXd Flatten(const ForceMessage& message);
 Eigen::VectorXd Flatten(const drake::AbstractValue& value);
 
-/** What was in a PoseMessage's 32 numbers, and so on. */
+/** What was in a pose's 12 numbers, and in a PoseMessage's 32. */
 Pose PoseFromFlat(const Eigen::Ref<const Eigen::VectorXd>& numbers);
 PoseMessage PoseMessageFromFlat(const Eigen::VectorXd& numbers);
-ForceMessage ForceMessageFromFlat(const Eigen::VectorXd& numbers);
-Eigen::Matrix3d MatrixFromFlat(const Eigen::Ref<const Eigen::VectorXd>& rows);
 
 /** Values of a face's input ports, flat, by name. */
 using FlatInputs = std::map<std::string, Eigen::VectorXd>;

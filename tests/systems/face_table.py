@@ -41,9 +41,11 @@ def robot_proxy_params():
     return params
 
 
-def robot_side_params(angular_filter_period=0.0):
-    params = _core.RobotSideParams(angular_filter_period=angular_filter_period)
-    params.proxy = robot_proxy_params()
+def robot_side_params(angular=False):
+    params = _core.RobotSideParams(proxy=robot_proxy_params())
+    angular_filter = params.perception.angular_filter
+    angular_filter.enabled = angular
+    angular_filter.filter.period = PARAMS["filter"]["period"]
     return params
 
 
@@ -91,15 +93,6 @@ def robot_message(t):
         p=START + np.array([0.0, 0.0, 0.01 * math.sin(5 * t)]), R=R_DOWN
     )
     return message
-
-
-def force_message(t):
-    sequence = math.floor(t * 50 + 1e-9)
-    return _core.ForceMessage(
-        sequence=sequence,
-        send_time=sequence / 50,
-        force=np.array([0.0, 1.0, -5.0 * math.sin(t)]),
-    )
 
 
 def robot_pose(t):
@@ -171,7 +164,6 @@ def prior(t):
 
 TYPES = {
     "PoseMessage": _core.PoseMessage,
-    "ForceMessage": _core.ForceMessage,
     "RigidTransform": RigidTransform,
     "Matrix3X": np.ndarray,
 }
@@ -233,12 +225,6 @@ _MADE_AND_FED = {
         lambda: systems.CommunicationChannel(channel_params(), PARAMS["channel_seed"]),
         {"message": pose_message},
     ),
-    "CommunicationChannelOfForces": (
-        lambda: systems.CommunicationChannel(
-            channel_params(), PARAMS["channel_seed"], message=_core.ForceMessage()
-        ),
-        {"message": force_message},
-    ),
     "ForceSpaceParticleFilter": (
         lambda: systems.ForceSpaceParticleFilter(
             filter_params(), PARAMS["filter_seed"]
@@ -283,10 +269,6 @@ _MADE_AND_FED = {
             "device_velocity": wave(0.1, 0.0, 0.1, 0.0, 0.0, 0.0),
             "force_selection": selection,
         },
-    ),
-    "PositionForceHapticSide": (
-        lambda: systems.PositionForceHapticSide(),
-        {"force_message": force_message},
     ),
     "PoseSender": (
         lambda: systems.PoseSender(),
@@ -348,9 +330,7 @@ _MADE_AND_FED = {
         },
     ),
     "RobotSideWithAngularFilter": (
-        lambda: systems.RobotSide(
-            robot_side_params(PARAMS["filter"]["period"]), panda(), Q_START
-        ),
+        lambda: systems.RobotSide(robot_side_params(angular=True), panda(), Q_START),
         {
             "haptic_message": pose_message,
             "robot_state": robot_state,
@@ -467,6 +447,8 @@ def flat(value):
     """
     if isinstance(value, RigidTransform):
         return np.concatenate([value.translation(), value.rotation().matrix().ravel()])
+    if isinstance(value, _core.Message):  # Before the first step.
+        value = _core.PoseMessage.from_message(value)
     if isinstance(value, _core.PoseMessage):
         return np.concatenate(
             [
@@ -477,8 +459,6 @@ def flat(value):
                 value.moment_selection.ravel(),
             ]
         )
-    if isinstance(value, _core.ForceMessage):
-        return np.array([value.sequence, value.send_time, *value.force])
     array = np.asarray(value, dtype=np.float64)
     if array.ndim == 2:
         return array[:, 0] if array.size else np.zeros(3)
@@ -493,6 +473,4 @@ def spoiled(value, bad):
         return _core.PoseMessage(
             sequence=99, send_time=0.05, pose=_core.Pose(p=np.full(3, bad))
         )
-    if isinstance(value, _core.ForceMessage):
-        return _core.ForceMessage(sequence=99, send_time=0.05, force=np.full(3, bad))
     return np.full_like(value, bad)

@@ -34,7 +34,6 @@ NUM_ROWS = 26
 # change of the selection fall into the rows.
 TIMING = {
     "CommunicationChannel": (0.001, 10),
-    "CommunicationChannelOfForces": (0.001, 10),
     "ForceSpaceParticleFilter": (0.02, 1),
     "ContactHistory": (0.01, 1),
 }

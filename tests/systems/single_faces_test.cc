@@ -1,21 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What single C++ faces do: the algorithm's own numbers, wirings, errors.
+// What single C++ faces do: wirings, messages of the wrong kind, errors.
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <drake/systems/framework/diagram_builder.h>
 #include <gtest/gtest.h>
 
-#include "dual_proxy/baselines/position_force_haptic_side_system.h"
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/common/window_mean_system.h"
 #include "dual_proxy/control/arm_kinematics_system.h"
@@ -60,308 +59,6 @@ void ForEachStep(const std::string& face, double period,
     }
   }
   EXPECT_GE(steps, 25);
-}
-
-// What a port of counters shows.
-VectorXd Counts(std::initializer_list<std::int64_t> counters) {
-  VectorXd result(static_cast<Eigen::Index>(counters.size()));
-  std::copy(counters.begin(), counters.end(), result.begin());
-  return result;
-}
-
-// The face gives the same bits, step by step, as the algorithm alone does for
-// the inputs of the face's trace. `step(time, inputs)` makes one step of the
-// algorithm and returns what all output ports should show.
-void ExpectTheAlgorithm(
-    const std::string& face,
-    const std::function<VectorXd(double, const FlatInputs&)>& step,
-    double period = kPeriod) {
-  FacePlayer dut(face);
-  ForEachStep(face, period, [&](double time, const FlatInputs& inputs) {
-    dut.Fix(inputs);
-    dut.StepTo(time);
-    EXPECT_TRUE(SameBits(dut.Outputs(), step(time, inputs))) << time;
-  });
-}
-
-TEST(AlgorithmTest, RobotSideProxy) {
-  const RobotSideProxy algorithm(GetFaceParams().robot_side_proxy());
-  RobotSideProxyState state = algorithm.MakeState();
-  ExpectTheAlgorithm("RobotSideProxy", [&](double time, const FlatInputs& in) {
-    RobotSideProxyInput input;
-    input.message = PoseMessageFromFlat(in.at("haptic_message"));
-    input.X_BE = PoseFromFlat(in.at("robot_pose"));
-    input.force_selection = MatrixFromFlat(in.at("force_selection"));
-    input.moment_selection = MatrixFromFlat(in.at("moment_selection"));
-    input.has_sensed = true;
-    input.sensed_force = in.at("sensed_wrench").head<3>();
-    input.sensed_moment = in.at("sensed_wrench").tail<3>();
-    input.sensor_ready = in.at("sensor_ready")(0) > 0.5;
-    algorithm.Update(time, input, &state);
-    const RobotSideProxyOutput& output = state.output;
-    return Concatenate({output.motion_error, output.rotation_error,
-                        output.reference_force, output.reference_moment,
-                        Flatten(output.proxy_pose),
-                        LinkStatusVector(state.link), output.proxy_velocity,
-                        output.proxy_acceleration});
-  });
-  EXPECT_GT(state.output.reference_force.norm(), 0.1);
-}
-
-TEST(AlgorithmTest, HapticSideProxy) {
-  const HapticSideProxy algorithm{HapticSideProxyParams{}};
-  HapticSideProxyState state = algorithm.MakeState();
-  ExpectTheAlgorithm("HapticSideProxy", [&](double time, const FlatInputs& in) {
-    algorithm.Update(time,
-                     {.message = PoseMessageFromFlat(in.at("robot_message")),
-                      .X_DH = PoseFromFlat(in.at("device_pose"))},
-                     &state);
-    const HapticSideProxyOutput& output = state.output;
-    return Concatenate({output.reference_force, output.reference_moment,
-                        Flatten(output.proxy_pose),
-                        Flatten(output.force_selection),
-                        LinkStatusVector(state.link)});
-  });
-  EXPECT_GT(state.output.reference_force.norm(), 0.1);
-}
-
-TEST(AlgorithmTest, ForceSpaceParticleFilter) {
-  const ForceSpaceParticleFilterParams& params = GetFaceParams().filter;
-  const ForceSpaceParticleFilter algorithm(params);
-  ForceSpaceParticleFilterState state =
-      algorithm.MakeState(GetFaceParams().filter_seed);
-  ExpectTheAlgorithm(
-      "ForceSpaceParticleFilter",
-      [&](double, const FlatInputs& in) {
-        algorithm.SetPrior(Vector3d(in.at("prior")), &state);
-        algorithm.Update(in.at("sensed_force"), in.at("velocity"),
-                         in.at("motion_force"), in.at("contact_force"), &state);
-        Vector3d direction = Vector3d::Zero();
-        if (state.dimension > 0) direction = state.singular_vectors.col(0);
-        return Concatenate(
-            {Flatten(state.force_selection),
-             VectorXd::Constant(1, state.dimension),
-             Matrix3Xd(state.particles).reshaped(), direction,
-             Eigen::Vector2d(state.direction_uncertainty,
-                             state.dimension_confidence),
-             Counts({state.bad_inputs, state.all_weights_zero})});
-      },
-      params.period);
-  EXPECT_EQ(state.dimension, 1);
-}
-
-TEST(AlgorithmTest, ContactHistory) {
-  const ContactHistoryParams& params = GetFaceParams().history;
-  const ContactHistory algorithm(params);
-  ContactHistoryState state = algorithm.MakeState();
-  ExpectTheAlgorithm(
-      "ContactHistory",
-      [&](double, const FlatInputs& in) {
-        const Vector3d p_BE = PoseFromFlat(in.at("robot_pose")).p;
-        algorithm.UpdateFromSelection(p_BE,
-                                      MatrixFromFlat(in.at("force_selection")),
-                                      in.at("force_direction"), &state);
-        const RememberedContacts prior = algorithm.Lookup(p_BE, state);
-        return prior.normals.cols() > 0 ? VectorXd(prior.normals.col(0))
-                                        : VectorXd(VectorXd::Zero(3));
-      },
-      params.period);
-  EXPECT_EQ(state.bad_inputs, 3);
-}
-
-TEST(AlgorithmTest, OperationalSpaceController) {
-  const OperationalSpaceController algorithm;
-  const ArmModel arm(GetFaceParams().arm);
-  OperationalSpaceControllerState state = algorithm.MakeState();
-  ExpectTheAlgorithm(
-      "OperationalSpaceController", [&](double, const FlatInputs& in) {
-        OperationalSpaceControllerInput input;
-        input.q = in.at("robot_state").head<7>();
-        input.v = in.at("robot_state").tail<7>();
-        Pose X_BE;
-        arm.Calc(input.q, input.v, &X_BE, &input.model);
-        input.motion_error = in.at("motion_error");
-        input.rotation_error = in.at("rotation_error");
-        input.proxy_velocity = in.at("proxy_velocity");
-        input.proxy_acceleration = in.at("proxy_acceleration");
-        input.reference_force = in.at("reference_force");
-        input.reference_moment = in.at("reference_moment");
-        input.force_selection = MatrixFromFlat(in.at("force_selection"));
-        input.moment_selection = MatrixFromFlat(in.at("moment_selection"));
-        input.sensed_wrench = in.at("sensed_wrench");
-        input.sensor_ready = in.at("sensor_ready")(0) > 0.5;
-        const OperationalSpaceControllerOutput output =
-            algorithm.Update(input, &state);
-        return Concatenate({output.torque, output.motion_force,
-                            output.contact_force,
-                            VectorXd::Constant(1, output.observed_energy),
-                            VectorXd::Constant(1, output.injected_damping)});
-      });
-  EXPECT_GT(state.torque.norm(), 1);
-}
-
-TEST(AlgorithmTest, HapticController) {
-  const HapticController algorithm;
-  HapticControllerState state = algorithm.MakeState();
-  ExpectTheAlgorithm("HapticController", [&](double, const FlatInputs& in) {
-    return algorithm.Update(in.at("reference_force"), in.at("reference_moment"),
-                            in.at("device_velocity"),
-                            MatrixFromFlat(in.at("force_selection")), &state);
-  });
-  EXPECT_GT(state.bad_inputs, 0);
-}
-
-TEST(AlgorithmTest, PositionForceHapticSide) {
-  const PositionForceHapticSide algorithm;
-  PositionForceHapticSideState state = algorithm.MakeState();
-  ExpectTheAlgorithm(
-      "PositionForceHapticSide", [&](double time, const FlatInputs& in) {
-        algorithm.Update(time, ForceMessageFromFlat(in.at("force_message")),
-                         &state);
-        const LinkMonitorState& link = state.link;
-        return Concatenate(
-            {state.reference_force, Vector3d::Zero(), LinkStatusVector(link),
-             Counts({link.dropped + link.bad_inputs, link.bad_inputs, link.gaps,
-                     link.spikes, link.losses})});
-      });
-  EXPECT_GT(state.reference_force.norm(), 0.1);
-}
-
-TEST(AlgorithmTest, PoseSender) {
-  const PoseSender algorithm{PoseSenderParams{}};
-  PoseSenderState state = algorithm.MakeState();
-  ExpectTheAlgorithm("PoseSender", [&](double time, const FlatInputs& in) {
-    return Flatten(algorithm.Update(time, PoseFromFlat(in.at("pose")),
-                                    MatrixFromFlat(in.at("force_selection")),
-                                    MatrixFromFlat(in.at("moment_selection")),
-                                    &state));
-  });
-  EXPECT_GT(state.message.sequence, 3);
-}
-
-TEST(AlgorithmTest, WindowMean) {
-  const WindowMean<3> algorithm(GetFaceParams().window);
-  WindowMeanState<3> state = algorithm.MakeState();
-  ExpectTheAlgorithm("WindowMean", [&](double time, const FlatInputs& in) {
-    algorithm.Update(time, in.at("value"), &state);
-    return state.mean;
-  });
-  EXPECT_EQ(state.window, 2);
-}
-
-TEST(AlgorithmTest, ArmKinematics) {
-  const ArmModel algorithm(GetFaceParams().arm);
-  ExpectTheAlgorithm("ArmKinematics", [&](double, const FlatInputs& in) {
-    const Vector7 v = in.at("robot_state").tail<7>();
-    Pose X_BE;
-    ModelTerms terms;
-    algorithm.Calc(in.at("robot_state").head<7>(), v, &X_BE, &terms);
-    return Concatenate({Flatten(X_BE), RobotSide::CalcTwist(terms.J_BE, v)});
-  });
-}
-
-TEST(AlgorithmTest, ForceTorqueSensor) {
-  const FaceParams& params = GetFaceParams();
-  const ForceTorqueSensor algorithm(params.sensor);
-  ForceTorqueSensorState state = algorithm.MakeState(params.sensor_seed);
-  ExpectTheAlgorithm(
-      "ForceTorqueSensor", [&](double time, const FlatInputs& in) {
-        // A simulated plant has no reaction before its first step.
-        if (time > 0) {
-          algorithm.Update({.measured = in.at("reaction"),
-                            .X_BE = PoseFromFlat(in.at("robot_pose")),
-                            .v_BE = in.at("robot_velocity"),
-                            .p_SE = params.p_SE,
-                            .tare = in.at("tare")(0) > 0.5},
-                           &state);
-        }
-        return Concatenate(
-            {state.adapter.wrench,
-             Eigen::VectorXd::Constant(1, state.adapter.ready),
-             Counts({state.adapter.bad_inputs, state.adapter.tares_refused})});
-      });
-  // One is asked for, and one after a value that is not finite.
-  EXPECT_EQ(state.adapter.tares, 2);
-}
-
-TEST(AlgorithmTest, SimulatedHapticDevice) {
-  const OperatorPath path(GetFaceParams().path);
-  const SimulatedHapticDevice algorithm(GetFaceParams().device);
-  SimulatedHapticDeviceState state = algorithm.MakeState();
-  ExpectTheAlgorithm(
-      "SimulatedHapticDevice", [&](double time, const FlatInputs& in) {
-        const OperatorPathSample sample = path.Calc(time);
-        algorithm.Update({.p = sample.position, .R = sample.rotation},
-                         sample.velocity, in.at("device_wrench"), &state);
-        return Concatenate({Flatten(state.read_pose), state.read_velocity,
-                            state.intended.p, Counts({state.bad_inputs})});
-      });
-  EXPECT_GT(state.read_pose.p.norm(), 1e-4);
-}
-
-// Compares a RobotSide with the algorithm; `and_more` is what its ports show at
-// the end.
-void ExpectTheRobotSide(
-    const std::string& face, const RobotSideParams& params,
-    const std::function<VectorXd(const RobotSideOutput&)>& and_more) {
-  const RobotSide algorithm(params);
-  const ArmModel arm(GetFaceParams().arm);
-  RobotSideState state = algorithm.MakeState();
-  ExpectTheAlgorithm(face, [&](double time, const FlatInputs& in) {
-    RobotSideInput input;
-    input.message = PoseMessageFromFlat(in.at("haptic_message"));
-    input.q = in.at("robot_state").head<7>();
-    input.v = in.at("robot_state").tail<7>();
-    arm.Calc(input.q, input.v, &input.X_BE, &input.model);
-    input.force_selection = MatrixFromFlat(in.at("force_selection"));
-    input.moment_selection = MatrixFromFlat(in.at("moment_selection"));
-    input.sensed_wrench = in.at("sensed_wrench");
-    input.sensor_ready = in.at("sensor_ready")(0) > 0.5;
-    algorithm.Update(time, input, &state);
-    const RobotSideOutput& output = state.output;
-    VectorXd signals(RobotSide::OutputSize());
-    RobotSide::WriteVector(output, signals);
-    const FilterMeans& means = output.filter_means;
-    return Concatenate({signals, output.controller.torque, Flatten(output.X_BE),
-                        Flatten(output.message), Flatten(output.force_message),
-                        means.sensed_force, means.velocity, means.motion_force,
-                        means.contact_force, and_more(output)});
-  });
-  EXPECT_GT(state.output.bad_inputs, 0);
-}
-
-TEST(AlgorithmTest, RobotSide) {
-  ExpectTheRobotSide("RobotSide", GetFaceParams().robot_side(),
-                     [](const RobotSideOutput&) { return VectorXd(0); });
-}
-
-TEST(AlgorithmTest, RobotSideWithAngularFilter) {
-  const FaceParams& params = GetFaceParams();
-  ExpectTheRobotSide(
-      "RobotSideWithAngularFilter", params.robot_side(params.filter.period),
-      [](const RobotSideOutput& output) {
-        const auto& means = output.angular_filter_means;
-        EXPECT_NE(means.sensed_moment, Vector3d::Zero());
-        return Concatenate({means.sensed_moment, means.angular_velocity,
-                            means.motion_moment, means.contact_moment});
-      });
-}
-
-TEST(AlgorithmTest, HapticSide) {
-  const HapticSide algorithm;
-  HapticSideState state = algorithm.MakeState();
-  ExpectTheAlgorithm("HapticSide", [&](double time, const FlatInputs& in) {
-    algorithm.Update(time,
-                     {.message = PoseMessageFromFlat(in.at("robot_message")),
-                      .X_DH = PoseFromFlat(in.at("device_pose")),
-                      .device_velocity = in.at("device_velocity")},
-                     &state);
-    VectorXd signals(HapticSide::OutputSize());
-    HapticSide::WriteVector(state.output, signals);
-    return Concatenate(
-        {signals, state.output.device_wrench, Flatten(state.output.message)});
-  });
-  EXPECT_GT(state.output.bad_inputs, 0);
 }
 
 // The sides, made of their parts.
@@ -487,7 +184,9 @@ TEST(WiringTest, RobotSideOfSeparateFaces) {
 
   FacePlayer fused("RobotSide");
   FacePlayer separate("RobotSide", builder.Build());
-  ExpectSameInSteps("RobotSide", RobotSide::OutputSize(), &fused, &separate);
+  ExpectSameInSteps("RobotSide",
+                    SizeOf(RobotSide(GetFaceParams().robot_side()).layout()),
+                    &fused, &separate);
 }
 
 TEST(WiringTest, HapticSideOfSeparateFaces) {
@@ -509,7 +208,8 @@ TEST(WiringTest, HapticSideOfSeparateFaces) {
 
   FacePlayer fused("HapticSide");
   FacePlayer separate("HapticSide", builder.Build());
-  ExpectSameInSteps("HapticSide", HapticSide::OutputSize(), &fused, &separate);
+  ExpectSameInSteps("HapticSide", SizeOf(HapticSide().layout()), &fused,
+                    &separate);
 }
 
 // The instant of a step.
@@ -640,7 +340,7 @@ std::vector<Received> Transmit(double rate, double delay, double duration) {
   PoseSenderParams params;
   params.rate = rate;
   auto* sender = builder.AddSystem<PoseSenderSystem>(params);
-  auto* channel = builder.AddSystem<CommunicationChannelSystem<PoseMessage>>(
+  auto* channel = builder.AddSystem<CommunicationChannelSystem>(
       CommunicationChannelParams{.delay = delay}, 0, rate, kPeriod);
   builder.Connect(sender->get_message_output_port(),
                   channel->get_message_input_port());
@@ -656,7 +356,7 @@ std::vector<Received> Transmit(double rate, double delay, double duration) {
     // The steps at this time are still to come.
     simulator.AdvanceTo(i * kPeriod);
     const auto& message =
-        channel->get_message_output_port().Eval<PoseMessage>(context);
+        channel->get_message_output_port().Eval<Message>(context);
     if (message.sequence == last) continue;
     last = message.sequence;
     received.push_back({last, i * kPeriod - message.send_time});
@@ -690,6 +390,79 @@ TEST(CommunicationChannelSystemTest, MissesNoMessageAtOddRates) {
   }
 }
 
+// A message of another kind than its receiver is made for: the diagram is wired
+// wrong, and says so at the first step.
+
+TEST(MessageKindTest, AnotherOneIsAnErrorThatNamesThePort) {
+  const FaceParams& params = GetFaceParams();
+  const auto error = [](drake::systems::System<double>* face,
+                        const std::string& input, const Message& message) {
+    face->set_name("dut");
+    drake::systems::Simulator<double> simulator(*face);
+    auto& context = simulator.get_mutable_context();
+    for (int i = 0; i < face->num_input_ports(); ++i) {
+      const auto& port = face->get_input_port(i);
+      if (port.get_data_type() == drake::systems::kVectorValued) {
+        port.FixValue(&context, VectorXd::Zero(port.size()).eval());
+      }
+    }
+    face->GetInputPort(input).FixValue(&context, Value<Message>(message));
+    try {
+      simulator.AdvanceTo(0.05);
+    } catch (const std::logic_error& thrown) {
+      return std::string(thrown.what());
+    }
+    return std::string("no exception");
+  };
+  const Message pose = ToMessage(PoseMessage{.sequence = 0, .pose = {}});
+  const Message force = ToMessage(ForceMessage{.sequence = 0});
+  RobotSideSystem robot(params.robot_side(), params.arm);
+  EXPECT_EQ(error(&robot, "haptic_message", pose), "no exception");
+  EXPECT_EQ(error(&robot, "haptic_message", force),
+            "dut: input port `haptic_message` expected PoseMessage, got "
+            "ForceMessage");
+  HapticSideParams haptic_params;
+  haptic_params.scheme = SchemeOf<PositionForceScheme>;
+  HapticSideSystem haptic(haptic_params,
+                          HapticSideDevice{.params = {}, .path = params.path});
+  EXPECT_EQ(error(&haptic, "robot_message", force), "no exception");
+  EXPECT_EQ(error(&haptic, "robot_message", pose),
+            "dut: input port `robot_message` expected ForceMessage, got "
+            "PoseMessage");
+  CommunicationChannelSystem channel;
+  EXPECT_EQ(error(&channel, "message", force),
+            "dut: input port `message` expected PoseMessage, got "
+            "ForceMessage");
+  // Nothing has come yet: that is of no kind.
+  EXPECT_EQ(error(&channel, "message", {}), "no exception");
+}
+
+// The side's own filters are of use where nobody else knows the contact.
+
+TEST(RobotSideSystemTest, FiltersRestWhereTheSelectionComesFromOutside) {
+  const FaceParams& params = GetFaceParams();
+  for (const bool outside : {false, true}) {
+    const RobotSideSystem dut(params.robot_side(), params.arm);
+    drake::systems::Simulator<double> simulator(dut);
+    auto& context = simulator.get_mutable_context();
+    VectorXd x = VectorXd::Zero(14);
+    x.head<7>() = params.q_start;
+    dut.get_robot_state_input_port().FixValue(&context, x);
+    dut.get_sensed_wrench_input_port().FixValue(
+        &context, Vector6(Vector6::Unit(2) * -15));
+    if (outside) {
+      dut.get_force_selection_input_port().FixValue(
+          &context, VectorXd::Unit(9, 0).eval());
+    }
+    simulator.AdvanceTo(0.5);
+    const auto& memory = context.get_abstract_state<RobotSideMemory>(0);
+    EXPECT_EQ(memory.side.perception.force.filter.updates > 0, !outside);
+    EXPECT_NEAR(memory.side.output.selections.force(0, 0), outside, 1e-9);
+    EXPECT_EQ(dut.get_dimension_output_port().Eval(context)[0],
+              memory.side.perception.force.filter.dimension);
+  }
+}
+
 // Typed getters are the ports of their names.
 
 #define EXPECT_INPUT(dut, name) \
@@ -697,7 +470,7 @@ TEST(CommunicationChannelSystemTest, MissesNoMessageAtOddRates) {
 #define EXPECT_OUTPUT(dut, name) \
   EXPECT_EQ(&(dut).get_##name##_output_port(), &(dut).GetOutputPort(#name))
 
-TEST(GettersTest, ProxiesAndBaseline) {
+TEST(GettersTest, Proxies) {
   const RobotSideProxySystem robot;
   EXPECT_INPUT(robot, haptic_message);
   EXPECT_INPUT(robot, robot_pose);
@@ -721,10 +494,6 @@ TEST(GettersTest, ProxiesAndBaseline) {
   EXPECT_OUTPUT(haptic, proxy_pose);
   EXPECT_OUTPUT(haptic, force_selection);
   EXPECT_OUTPUT(haptic, link_status);
-  const PositionForceHapticSideSystem baseline;
-  EXPECT_INPUT(baseline, force_message);
-  EXPECT_OUTPUT(baseline, device_wrench);
-  EXPECT_OUTPUT(baseline, link_status);
 }
 
 TEST(GettersTest, ControlAndPerception) {
@@ -783,7 +552,7 @@ TEST(GettersTest, LinkAndSimulation) {
   EXPECT_INPUT(sender, force_selection);
   EXPECT_INPUT(sender, moment_selection);
   EXPECT_OUTPUT(sender, message);
-  const CommunicationChannelSystem<ForceMessage> channel;
+  const CommunicationChannelSystem channel;
   EXPECT_INPUT(channel, message);
   EXPECT_OUTPUT(channel, message);
   const ForceTorqueSensorSystem sensor;
@@ -813,11 +582,12 @@ TEST(GettersTest, Sides) {
     EXPECT_OUTPUT(robot, torque);
     EXPECT_OUTPUT(robot, robot_pose);
     EXPECT_OUTPUT(robot, message);
-    EXPECT_OUTPUT(robot, force_message);
     EXPECT_OUTPUT(robot, mean_sensed_force);
     EXPECT_OUTPUT(robot, mean_velocity);
     EXPECT_OUTPUT(robot, mean_motion_force);
     EXPECT_OUTPUT(robot, mean_contact_force);
+    EXPECT_OUTPUT(robot, force_selection);
+    EXPECT_OUTPUT(robot, dimension);
     if (simulated) {
       EXPECT_INPUT(robot, reaction);
       EXPECT_INPUT(robot, tare);
@@ -863,11 +633,9 @@ TEST(ErrorsTest, NameWhatIsWrong) {
          [] { WindowMeanSystem(0.1, -1.0); });
   for (const double bad : {0.0, -1.0, kNan, kInfinity}) {
     expect("CommunicationChannelSystem: field `rate` expected",
-           [bad] { CommunicationChannelSystem<PoseMessage>({}, 0, bad); });
+           [bad] { CommunicationChannelSystem({}, 0, bad); });
     expect("CommunicationChannelSystem: field `period` expected",
-           [bad] { CommunicationChannelSystem<ForceMessage>({}, 0, 50, bad); });
-    expect("PositionForceHapticSideSystem: field `period` expected",
-           [bad] { PositionForceHapticSideSystem({}, bad); });
+           [bad] { CommunicationChannelSystem({}, 0, 50, bad); });
   }
   expect("ForceTorqueSensorSystem: field `p_SE` expected",
          [] { ForceTorqueSensorSystem({}, Vector3d(0, kNan, 0)); });

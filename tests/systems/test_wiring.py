@@ -1,30 +1,31 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The separate faces in a row and the station's fused faces: the same bits."""
+"""One system, the sides' systems and their parts in a row: the same bits."""
 
 import numpy as np
+import pandas as pd
 import pytest
+from face_table import evaluate, flat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Demultiplexer, LogVectorOutput, ZeroOrderHold
 
 from dual_proxy import _core, systems
+from dual_proxy.log import signal
 from dual_proxy.native import NativeTwin
 from dual_proxy.panda import PandaModel, SensorReaction, add_panda_scene, p_SE_S
-from dual_proxy.scenario import load_scenario
-from dual_proxy.station import build_station
+from dual_proxy.scenario import SCHEMES, load_scenario
+from dual_proxy.station import WIRINGS, build_station
 
-DURATION = 3.6
+DURATION = 4.0
 PERIOD = 1e-3
 
-# Name in the separate wiring -> signal in the fused sides' `signals`.
+# Name in the separate wiring -> signal in the log.
 HELD = {
     "torque": "torque",
-    "mean_sensed_force": "mean_sensed_force",
-    "mean_velocity": "mean_velocity",
-    "mean_motion_force": "mean_motion_force",
-    "mean_contact_force": "mean_contact_force",
+    "dimension": "dimension",
+    "force_direction": "force_direction",
 }
-ROBOT_STEP = {
+STEP = {
     "motion_error": "motion_error",
     "rotation_error": "rotation_error",
     "reference_force": "reference_force",
@@ -35,8 +36,6 @@ ROBOT_STEP = {
     "injected_damping": "injected_damping",
     "proxy_velocity": "robot_proxy_velocity",
     "force_selection": "force_selection",
-}
-HAPTIC_STEP = {
     "haptic_reference_force": "haptic_reference_force",
     "haptic_reference_moment": "haptic_reference_moment",
     "haptic_force_selection": "haptic_force_selection",
@@ -168,16 +167,13 @@ class Separate:
         for name in ("dimension", "force_direction", "force_selection"):
             self.log(name, particle_filter.GetOutputPort(name))
         self.log("sensed_wrench", sensor.GetOutputPort("sensed_wrench"))
-        self.log("proxy_velocity", proxy.GetOutputPort("proxy_velocity"))
+        velocity = self.split(proxy.GetOutputPort("proxy_velocity"))
+        self.log("proxy_velocity", velocity)
         self.robot_message = proxy.GetInputPort("haptic_message")
         return sender
 
     def add_device(self, scenario):
-        motion = scenario.operator_motion()
-        workspace_map = _core.WorkspaceMap(scenario.map)
-        R = np.asarray(scenario.map.R_cw)
-        points = [workspace_map.haptic_proxy(p, R)[0] for p in motion.positions]
-        path = _core.OperatorPath(motion.times, np.transpose(points), "minimum_jerk")
+        path = scenario.handle_path()
         device = self.add(systems.SimulatedHapticDevice(path, scenario.device))
         proxy = self.add(systems.HapticSideProxy(scenario.haptic_proxy))
         controller = self.add(systems.HapticController(scenario.haptic_controller))
@@ -213,58 +209,70 @@ class Separate:
         self.builder.Connect(channel.GetOutputPort("message"), target)
 
 
-def logged(station):
-    """The station's log, by port."""
-    context = station.simulator.get_context()
-    rows = station._sink.FindLog(context).data().T
-    sizes = [port.size() for port in station._ports.values()]
-    assert rows.shape[1] == sum(sizes)
-    parts = np.split(rows, np.cumsum(sizes)[:-1], axis=1)
-    return dict(zip(station._ports, parts, strict=True))
+def station_of(scheme, wiring):
+    scenario = load_scenario("plane").with_overrides(
+        {"link.delay": 0.05, "scheme": scheme}
+    )
+    assert scenario.control_period == PERIOD
+    station = build_station(scenario, wiring=wiring)
+    station.advance_to(DURATION)
+    return station
 
 
-class Fused:
-    """The station's log, by signal."""
+@pytest.fixture(scope="module", params=SCHEMES)
+def both(request):
+    """A scheme's station in both wirings."""
+    return [station_of(request.param, wiring) for wiring in WIRINGS]
+
+
+def test_one_system_and_systems_in_a_row_give_the_same_bits(both):
+    fused, separate = (station.log_frame() for station in both)
+    pd.testing.assert_frame_equal(fused, separate, check_exact=True)
+    assert fused["contact_force_z"].min() < -2
+    assert fused["device_force_z"].max() > 1
+    for side in ("robot", "haptic"):
+        assert fused[f"{side}_link_status"].iloc[-1] == int(_core.LinkStatus.CONNECTED)
+        assert not fused[f"{side}_bad_inputs"].any()
+
+
+def test_both_wirings_export_the_same(both):
+    fused, separate = (
+        {
+            port.get_name(): flat(evaluate(port, station.simulator.get_context()))
+            for port in map(
+                station.diagram.get_output_port,
+                range(station.diagram.num_output_ports()),
+            )
+        }
+        for station in both
+    )
+    assert set(fused) == set(separate)
+    for name, value in fused.items():
+        np.testing.assert_array_equal(value, separate[name], err_msg=name)
+    selects = both[0].scenario.scheme == "dual_proxy"
+    assert ({"force_selection", "dimension"} <= set(fused)) == selects
+
+
+# The dual proxy from its parts.
+
+
+class Rows:
+    """The station's log by signal. A row shows what the step before has given."""
 
     def __init__(self, station):
         self.station = station
-        data = logged(station)
-        self.logs = {name: data[name] for name in ("dimension", "force_direction")}
-        for name, side in (
-            ("robot", systems.RobotSide),
-            ("device", systems.HapticSide),
-        ):
-            layout = side.layout
-            assert data[name].shape[1] == max(s.stop for s in layout.values())
-            for signal, where in layout.items():
-                self.logs[signal] = data[name][:, where]
+        self.frame = station.log_frame()
 
     def data(self, name):
-        return self.logs[name]
-
-
-def baseline_data(station):
-    """What the tests want of the baseline's log."""
-    data = logged(station)
-    layout = systems.RobotSide.layout
-    return {
-        "sensed_force": data["robot"][:, layout["sensed_force"]],
-        "force_selection": data["robot"][:, layout["force_selection"]],
-        "bad_inputs": data["robot"][:, layout["robot_bad_inputs"]],
-        "acting": data["position_force"],
-        "link": data["position_force_link"],
-    }
+        return signal(self.frame, name).reshape(len(self.frame), -1)
 
 
 @pytest.fixture(scope="module")
 def runs():
-    scenario = load_scenario("plane").with_overrides({"link.delay": 0.05})
-    assert scenario.control_period == PERIOD
-    station = build_station(scenario)
-    station.advance_to(DURATION)
-    separate = Separate(scenario)
+    station = station_of("dual_proxy", "systems")
+    separate = Separate(station.scenario)
     separate.simulator.AdvanceTo(DURATION)
-    return Fused(station), separate
+    return Rows(station), separate
 
 
 def test_the_run_goes_into_contact(runs):
@@ -276,188 +284,135 @@ def test_the_run_goes_into_contact(runs):
 
 
 def test_plant_and_device_move_alike(runs):
-    fused, separate = runs
-    state = separate.data("robot_state")
-    # `signals` holds the measurements of the step before.
-    np.testing.assert_array_equal(state[:-1, :7], fused.data("joint_position")[1:])
-    np.testing.assert_array_equal(state[:-1, 7:], fused.data("joint_velocity")[1:])
+    station, separate = runs
+    state = separate.data("robot_state")[:-1]
+    np.testing.assert_array_equal(state[:, :7], station.data("joint_position"))
+    np.testing.assert_array_equal(state[:, 7:], station.data("joint_velocity"))
     np.testing.assert_array_equal(
-        separate.data("device_velocity")[:-1, :3], fused.data("device_velocity")[1:]
+        separate.data("device_velocity")[:-1, :3], station.data("device_velocity")
     )
 
 
 @pytest.mark.parametrize("name", HELD)
 def test_held_signals_are_the_same(runs, name):
-    fused, separate = runs
-    # Row 0 is before any step, where `signals` is zero and the torque is not.
-    mine, theirs = separate.data(name)[1:], fused.data(HELD[name])[1:]
+    station, separate = runs
+    mine = separate.data(name)[1:]
     assert np.any(mine != mine[0])
-    np.testing.assert_array_equal(mine, theirs)
+    np.testing.assert_array_equal(mine, station.data(HELD[name]))
+
+
+# With feedthrough, a row holds what the step at its time gives.
+@pytest.mark.parametrize("name", STEP)
+def test_steps_are_the_same(runs, name):
+    station, separate = runs
+    np.testing.assert_array_equal(separate.data(name)[:-1], station.data(STEP[name]))
 
 
 def test_device_wrench_is_the_same(runs):
-    fused, separate = runs
+    station, separate = runs
     np.testing.assert_array_equal(
-        separate.data("device_wrench"),
-        np.hstack([fused.data("device_force"), fused.data("device_moment")]),
+        separate.data("device_wrench")[1:],
+        np.hstack([station.data("device_force"), station.data("device_moment")]),
     )
 
 
-def test_filter_is_the_same(runs):
-    fused, separate = runs
-    for name in ("dimension", "force_direction"):
-        np.testing.assert_array_equal(separate.data(name), fused.data(name))
-
-
-# With feedthrough, a row holds what the step at its time gives; `signals` holds
-# what the step before has given.
-@pytest.mark.parametrize("name", [*ROBOT_STEP, *HAPTIC_STEP])
-def test_steps_are_the_same(runs, name):
-    fused, separate = runs
-    mine = separate.data(name)[:-1]
-    theirs = fused.data({**ROBOT_STEP, **HAPTIC_STEP}[name])[1:]
-    np.testing.assert_array_equal(mine, theirs)
-
-
 def test_sensed_wrench_is_the_same(runs):
-    fused, separate = runs
+    station, separate = runs
     # The sensor's last step came before the side's.
     np.testing.assert_array_equal(
         separate.data("sensed_wrench")[:-1],
-        np.hstack([fused.data("sensed_force"), fused.data("sensed_moment")])[1:],
+        np.hstack([station.data("sensed_force"), station.data("sensed_moment")]),
     )
     assert np.all(np.any(separate.data("sensed_wrench")[510:] != 0, axis=1))
 
 
 @pytest.mark.parametrize("side", ["robot", "haptic"])
 def test_link_status_is_the_same(runs, side):
-    fused, separate = runs
+    station, separate = runs
     status = separate.data(f"{side}_link_status")[:-1]
     fields = list(systems.LINK_STATUS_FIELDS)
-    for field, name in (("status", "status"), ("age", "age"), ("dropped", "dropped")):
+    for field in ("status", "age", "dropped"):
         np.testing.assert_array_equal(
             status[:, [fields.index(field)]],
-            fused.data(f"{side}_link_{name}")[1:],
+            station.data(f"{side}_link_{field}"),
             err_msg=field,
         )
-    assert status[-1, 0] == int(_core.LinkStatus.CONNECTED)
 
 
-def test_no_input_was_refused(runs):
-    fused, _ = runs
-    for side in ("robot", "haptic"):
-        np.testing.assert_array_equal(fused.data(f"{side}_bad_inputs"), 0)
-
-
-def test_exported_outputs_are_those_of_the_log(runs):
-    fused, separate = runs
-    station = fused.station
+def test_outputs_are_the_same(runs):
+    rows, separate = runs
+    station = rows.station
     context = station.simulator.get_context()
     root = separate.simulator.get_context()
-    for name in ("torque", "device_wrench", "dimension", "force_selection"):
-        value = station.diagram.GetOutputPort(name).Eval(context)
+    side = station.diagram.GetSubsystemByName("robot_side")
+    side_context = side.GetMyContextFromRoot(context)
+    means = ("sensed_force", "velocity", "motion_force", "contact_force")
+    for name in (
+        *("torque", "dimension", "force_selection", "sensed_wrench"),
+        *(f"mean_{mean}" for mean in means),
+    ):
+        value = side.GetOutputPort(name).Eval(side_context)
         port = separate.logs[name].get_input_port()
         theirs = port.Eval(separate.logs[name].GetMyContextFromRoot(root))
+        assert np.any(value != 0)
         np.testing.assert_array_equal(value, theirs, err_msg=name)
-    sensed = separate.logs["sensed_wrench"]
-    np.testing.assert_array_equal(
-        station.diagram.GetOutputPort("sensed_wrench").Eval(context),
-        sensed.get_input_port().Eval(sensed.GetMyContextFromRoot(root)),
-    )
 
 
-# The two-channel baseline: its robot side is the same system, its link carries
-# forces back.
+# The two-channel scheme: its link carries the sensed force back.
 
 
 @pytest.fixture(scope="module")
-def baseline():
-    scenario = load_scenario("plane").with_overrides(
-        {"link.delay": 0.05, "scheme": "position_force"}
-    )
-    station = build_station(scenario)
-    station.advance_to(DURATION)
-    return station
+def two_channel():
+    return Rows(station_of("position_force", "systems"))
 
 
-@pytest.fixture(scope="module")
-def baseline_log(baseline):
-    return baseline_data(baseline)
-
-
-def sent_force(scenario, data, step):
+def sent_force(two_channel, step):
     """The mean over a message interval that a message of that step holds."""
-    interval = round(1 / (scenario.link.rate * PERIOD))
-    # `signals` shows the measurements of a step in the row after it.
+    interval = round(1 / (two_channel.station.scenario.link.rate * PERIOD))
     first = max(step - interval + 1, 0)
-    return np.mean(data["sensed_force"][first + 1 : step + 2], axis=0)
+    return np.mean(two_channel.data("sensed_force")[first : step + 1], axis=0)
 
 
-def test_baseline_presses_and_the_hand_feels_it(baseline, baseline_log):
-    data = baseline_log
-    assert np.min(data["sensed_force"][:, 2]) < -2
-    assert np.max(data["acting"][:, 2]) > 1
-    np.testing.assert_array_equal(data["bad_inputs"], 0)
-    assert data["link"][-1, 0] == int(_core.LinkStatus.CONNECTED)
-    # No filter: nothing selects a force space.
-    np.testing.assert_array_equal(data["force_selection"], 0)
-    with pytest.raises(RuntimeError, match="filter"):
-        baseline.diagram.GetSubsystemByName("filter")
+def test_link_carries_the_sensed_force(two_channel):
+    station = two_channel.station
+    context = station.simulator.get_context()
 
+    def newest(name):
+        channel = station.diagram.GetSubsystemByName(name)
+        port = channel.GetOutputPort("message")
+        return evaluate(port, channel.GetMyContextFromRoot(context))
 
-def test_baseline_link_carries_the_sensed_force(baseline, baseline_log):
-    context = baseline.simulator.get_context()
-    channel = baseline.diagram.GetSubsystemByName("to_device")
-    message = systems.get_value(
-        channel.GetOutputPort("message").EvalAbstract(
-            channel.GetMyContextFromRoot(context)
-        )
-    )
+    message = newest("to_device")
     assert isinstance(message, _core.ForceMessage)
-    rate, delay = baseline.scenario.link.rate, baseline.scenario.link.delay
+    rate, delay = station.scenario.link.rate, station.scenario.link.delay
     assert message.sequence == round(message.send_time * rate)
     age = context.get_time() - message.send_time
     assert delay <= age + 1e-9 <= delay + 1 / rate + 2 * PERIOD
     np.testing.assert_allclose(
         message.force,
-        sent_force(baseline.scenario, baseline_log, round(message.send_time / PERIOD)),
+        sent_force(two_channel, round(message.send_time / PERIOD)),
         rtol=0,
         atol=1e-12,
     )
     assert np.linalg.norm(message.force) > 2
-    channel = baseline.diagram.GetSubsystemByName("to_robot")
-    message = systems.get_value(
-        channel.GetOutputPort("message").EvalAbstract(
-            channel.GetMyContextFromRoot(context)
-        )
-    )
-    assert isinstance(message, _core.PoseMessage)
+    assert isinstance(newest("to_robot"), _core.PoseMessage)
 
 
-def test_baseline_force_on_the_hand_is_the_late_sensed_force(baseline, baseline_log):
-    data = baseline_log
-    scenario = baseline.scenario
-    scale = scenario.position_force.force_scale
-    assert scale == 0.6
+def test_force_on_the_hand_is_the_late_sensed_force(two_channel):
+    scenario = two_channel.station.scenario
+    params = scenario.schemes.position_force
     R_DB = np.asarray(scenario.map.R_DB)
-    # Row by row, from the robot's log alone: the force of the newest message
+    # Row by row, from the robot's signals alone: the force of the newest message
     # that a step after its sending and the delay can have.
     interval = round(1 / (scenario.link.rate * PERIOD))
-    lag = round(scenario.link.delay / PERIOD) + 2
-    acting = data["acting"][:, :3]
+    lag = round(scenario.link.delay / PERIOD) + 1
+    acting = two_channel.data("haptic_reference_force")
     expected = np.zeros_like(acting)
-    limit = scenario.position_force.max_force
     for row in range(len(acting)):
         sent = (row - lag) // interval * interval
         if sent >= 0:
-            force = -scale * R_DB @ sent_force(scenario, data, sent)
-            expected[row] = force * min(1.0, limit / max(np.linalg.norm(force), 1e-12))
+            force = -params.force_scale * R_DB @ sent_force(two_channel, sent)
+            size = max(np.linalg.norm(force), 1e-12)
+            expected[row] = force * min(1.0, params.max_force / size)
     np.testing.assert_allclose(acting, expected, rtol=0, atol=1e-12)
-
-
-def test_baseline_is_the_same_every_time(baseline):
-    again = build_station(baseline.scenario)
-    again.advance_to(1.0)
-    first = logged(baseline)
-    for name, data in logged(again).items():
-        np.testing.assert_array_equal(data, first[name][: len(data)], err_msg=name)
+    assert acting[:, 2].max() > 1

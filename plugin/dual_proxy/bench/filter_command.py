@@ -18,18 +18,16 @@ from dual_proxy.bench.filter import (
 )
 from dual_proxy.bench.filter_recordings import measure_recordings, read_recordings
 from dual_proxy.bench.filter_report import (
+    PAGE_TABLES,
     TARGET_PARTICLES,
     TARGET_RATES,
-    check_page,
     dependence_table,
     draw,
     grid_table,
-    machine,
     target_table,
-    write_json,
     write_page,
 )
-from dual_proxy.settings import ScenarioError
+from dual_proxy.bench.pages import check_page, machine, write_json
 
 __all__ = ["bench_filter"]
 
@@ -45,9 +43,7 @@ def bench_filter(
         If the page or the recordings cannot be used; before anything is run.
     """
     if page is not None:
-        if quick:
-            raise ScenarioError("--page: expected the whole benchmark, got --quick")
-        check_page(page)
+        check_page(page, quick, PAGE_TABLES)
     recorded = read_recordings(recordings) if recordings is not None else []
     plan = QUICK if quick else FULL
     targeted = [

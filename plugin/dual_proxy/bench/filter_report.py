@@ -1,30 +1,25 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tables, figure, JSON and page of `dual-proxy bench filter`."""
+"""Tables, figure and page of `dual-proxy bench filter`."""
 
 from __future__ import annotations
 
 import itertools
-import json
 import math
-import os
-import platform
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
 
 from dual_proxy.bench.filter import LATE_MS
-from dual_proxy.settings import ScenarioError
+from dual_proxy.bench.pages import fill_page, markdown_table, number_text
 
 __all__ = [
-    "check_page",
+    "PAGE_TABLES",
     "dependence_table",
     "draw",
     "grid_table",
-    "machine",
     "target_table",
-    "write_json",
     "write_page",
 ]
 
@@ -35,9 +30,10 @@ Results = dict[str, list[Row]]
 TARGET_PARTICLES = 1000
 TARGET_RATES = (15.0, 100.0, 200.0)
 
-# After such a line of a page stands a table, up to the next empty line.
-_MARK = "<!-- dual-proxy bench filter: {} -->\n"
-_TABLES = ("grid", "targets", "dependence")
+#: What names the places of the tables in a page.
+PAGE_TABLES = tuple(
+    f"dual-proxy bench filter: {name}" for name in ("grid", "targets", "dependence")
+)
 
 
 class Target(NamedTuple):
@@ -148,15 +144,6 @@ def _find(rows: Iterable[Row], **where: Any) -> Row | None:
     )
 
 
-def _table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
-    rows = [head, ["---"] * len(head), *lines]
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
-
-
-def _number(value: float) -> str:
-    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
-
-
 _QUANTITIES = (
     "error, deg",
     "dimension right",
@@ -168,7 +155,7 @@ _QUANTITIES = (
 
 def _quantities(row: Row) -> list[str]:
     def pair(mean: float | None, p95: float | None) -> str:
-        return " / ".join("-" if x is None else _number(x) for x in (mean, p95))
+        return " / ".join("-" if x is None else number_text(x) for x in (mean, p95))
 
     cells = [
         pair(row["direction_error_mean_deg"], row["direction_error_p95_deg"]),
@@ -200,7 +187,7 @@ def _grid_rows(results: Results) -> list[tuple[Row, Row]]:
 
 def grid_table(results: Results) -> str:
     """Return error and cost of each setting, over all trials, as Markdown."""
-    return _table(
+    return markdown_table(
         [
             *("likelihood", "particles", "Hz", *_QUANTITIES),
             *("closed loop: error", "dimension right", "cost, us/s"),
@@ -212,7 +199,7 @@ def grid_table(results: Results) -> str:
                 f"{row['rate']:g}",
                 *_quantities(row),
                 *_quantities(closed)[:2],
-                _number(row["cost_us_per_s"]),
+                number_text(row["cost_us_per_s"]),
             ]
             for row, closed in _grid_rows(results)
         ),
@@ -221,7 +208,7 @@ def grid_table(results: Results) -> str:
 
 def dependence_table(results: Results) -> str:
     """Return what drive and friction do, at 1000 particles and 100 Hz."""
-    return _table(
+    return markdown_table(
         ["likelihood", "trials with", *_QUANTITIES],
         (
             [
@@ -242,7 +229,7 @@ def target_table(results: Results) -> str:
     columns = [
         (likelihood, rate) for likelihood in likelihoods for rate in TARGET_RATES
     ]
-    return _table(
+    return markdown_table(
         [
             *("scene", "what", "target"),
             *(f"{likelihood}, {rate:g} Hz" for likelihood, rate in columns),
@@ -255,25 +242,6 @@ def target_table(results: Results) -> str:
             for target in _targets(results)
         ),
     )
-
-
-def machine() -> dict[str, Any]:
-    """Describe where the costs were measured."""
-    model = platform.processor() or platform.machine()
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        for line in info.read_text().splitlines():
-            if line.startswith("model name"):
-                model = line.partition(":")[2].strip()
-                break
-    return {"processor": model, "processors": len(os.sched_getaffinity(0))}
-
-
-def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write a file that is there whole or not at all."""
-    unfinished = path.with_suffix(".unfinished")
-    unfinished.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
-    unfinished.rename(path)
 
 
 def draw(results: Results, path: Path) -> None:
@@ -342,29 +310,9 @@ def draw(results: Results, path: Path) -> None:
     plt.close(figure)
 
 
-def check_page(page: Path) -> None:
-    """Raise ScenarioError unless a page has the places of all tables."""
-    try:
-        text = page.read_text()
-    except OSError as error:
-        raise ScenarioError(f"--page {page}: {error.strerror}") from None
-    for name in _TABLES:
-        mark = _MARK.format(name)
-        if mark not in text:
-            raise ScenarioError(f"--page {page}: expected a line {mark.strip()!r}")
-
-
 def write_page(page: Path, results: Results) -> None:
     """Put the tables into a page, and the figure into images/ beside it."""
-    tables = {
-        "grid": grid_table(results),
-        "targets": target_table(results),
-        "dependence": dependence_table(results),
-    }
-    text = page.read_text()
-    for name, table in tables.items():
-        before, mark, rest = text.partition(_MARK.format(name))
-        _, _, after = f"\n{rest}".partition("\n\n")
-        text = f"{before}{mark}{table}\n\n{after}"
-    page.write_text(text)
+    tables = (grid_table(results), target_table(results), dependence_table(results))
+    for name, table in zip(PAGE_TABLES, tables, strict=True):
+        fill_page(page, name, table)
     draw(results, page.parent / "images" / "bench_filter.png")

@@ -21,16 +21,13 @@ from dual_proxy.systems.control import (
     OperationalSpaceController,
 )
 from dual_proxy.systems.link import CommunicationChannel, PoseSender
+from dual_proxy.systems.loop import TeleopLoop
 from dual_proxy.systems.perception import (
     ContactHistory,
     ForceSpaceParticleFilter,
     WindowMean,
 )
-from dual_proxy.systems.proxy import (
-    HapticSideProxy,
-    PositionForceHapticSide,
-    RobotSideProxy,
-)
+from dual_proxy.systems.proxy import HapticSideProxy, RobotSideProxy
 from dual_proxy.systems.sides import HapticSide, RobotSide
 from dual_proxy.systems.simulation import ForceTorqueSensor, SimulatedHapticDevice
 
@@ -46,10 +43,10 @@ __all__ = [
     "HapticSideProxy",
     "OperationalSpaceController",
     "PoseSender",
-    "PositionForceHapticSide",
     "RobotSide",
     "RobotSideProxy",
     "SimulatedHapticDevice",
+    "TeleopLoop",
     "WindowMean",
     "get_value",
     "make_value",

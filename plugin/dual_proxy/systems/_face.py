@@ -16,6 +16,7 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import EventStatus, LeafSystem, ValueProducer
 
+from dual_proxy import _core
 from dual_proxy.native import NativeTwin
 
 Vector = NDArray[np.float64]
@@ -244,6 +245,14 @@ def pose(port: InputPort, context: Context) -> tuple[Vector, Vector]:
     return X.translation(), X.rotation().matrix()
 
 
+def _wrong(port: InputPort, expected: str, got: str) -> TypeError:
+    system = port.get_system()
+    return TypeError(
+        f"{system.get_name() or type(system).__name__}: input port "
+        f"`{port.get_name()}` expected {expected}, got {got}"
+    )
+
+
 def typed(port: InputPort, context: Context, kind: type) -> Any:
     """Returns the value of an object port, which must be connected.
 
@@ -256,17 +265,55 @@ def typed(port: InputPort, context: Context, kind: type) -> Any:
     """
     value = port.Eval(context)
     if not isinstance(value, kind):
-        system = port.get_system()
-        raise TypeError(
-            f"{system.get_name() or type(system).__name__}: input port "
-            f"`{port.get_name()}` expected {kind.__name__}, got {type(value).__name__}"
-        )
+        raise _wrong(port, kind.__name__, type(value).__name__)
     return value
 
 
-def message(port: InputPort, context: Context, empty: Any) -> Any:
-    """Returns the message at a port as `typed`, `empty` if it is not connected."""
-    return typed(port, context, type(empty)) if port.HasValue(context) else empty
+def message(port: InputPort, context: Context, tag: int) -> Any:
+    """Returns the message at a port; the empty one if none has come, or it is not
+    connected.
+
+    Raises
+    ------
+    TypeError
+        Naming system and port, if there is something else, or a message with
+        another tag.
+    """
+    if not port.HasValue(context):
+        return _core.Message()
+    value = port.Eval(context)
+    if not isinstance(value, MESSAGES):
+        raise _wrong(port, describe(tag), type(value).__name__)
+    if value.sequence == -1:
+        return _core.Message()
+    if tag_of(value) != tag:
+        raise _wrong(port, describe(tag), describe(tag_of(value)))
+    return value
+
+
+def pose_message(port: InputPort, context: Context) -> _core.PoseMessage:
+    """Returns the same as a PoseMessage; errors are those of `message`."""
+    value = message(port, context, _core.PoseMessage.TAG)
+    if isinstance(value, _core.PoseMessage):
+        return value
+    return _core.PoseMessage.from_message(value)
+
+
+#: What may be at a port for messages.
+MESSAGES = (_core.Message, _core.PoseMessage, _core.ForceMessage)
+
+
+def tag_of(value: Any) -> int:
+    """Returns what a message holds."""
+    tag: int = value.tag if isinstance(value, _core.Message) else value.TAG
+    return tag
+
+
+def describe(tag: int) -> str:
+    """Returns a tag for people: "PoseMessage", or its number."""
+    empty = _core.Message()
+    empty.tag = tag
+    return empty.describe()
 
 
 def rigid_transform(p: Any, R: Any) -> RigidTransform:

@@ -14,7 +14,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import DiagramBuilder
 
-from dual_proxy._core import ForceMessage, PoseMessage
+from dual_proxy._core import ForceMessage, Message, PoseMessage
 from dual_proxy.native import native_in_use, native_module
 
 
@@ -23,10 +23,10 @@ def make_value(message: Any) -> Any:
 
     Parameters
     ----------
-    message : PoseMessage, ForceMessage, an array (3, k) of normals, or what has
-        a C++ type in pydrake, as a RigidTransform.
+    message : Message, PoseMessage, ForceMessage, an array (3, k) of normals, or what
+        has a C++ type in pydrake, as a RigidTransform.
     """
-    messages = (PoseMessage, ForceMessage, np.ndarray)
+    messages = (Message, PoseMessage, ForceMessage, np.ndarray)
     if not (native_in_use() and isinstance(message, messages)):
         return AbstractValue.Make(message)
     builder = DiagramBuilder()

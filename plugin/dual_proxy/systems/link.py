@@ -10,21 +10,21 @@ from pydrake.common.value import AbstractValue
 
 from dual_proxy import _core
 from dual_proxy.systems._face import (
+    MESSAGES,
     Context,
     Face,
     Output,
     check_positive,
     matrix,
+    message,
     pose,
-    typed,
+    tag_of,
 )
 
 #: When the channel looks for a message, in periods after each multiple of its
 #: interval: more than the half that the sender may be late, and between steps
 #: for every rate in use.
 _LOOK = 0.6
-
-_KINDS = (_core.PoseMessage, _core.ForceMessage)
 
 
 class PoseSender(Face):
@@ -76,9 +76,9 @@ class CommunicationChannel(Face):
     @system
     name: CommunicationChannel
     input_ports:
-    - message   # PoseMessage or ForceMessage
+    - message   # of the kind that it is made for
     output_ports:
-    - message   # of the same type: the newest that has arrived
+    - message   # of the same kind: the newest that has arrived
     - counters  # 3, messages so far: lost on the way, pushed out of the full
                 # channel, refused because not finite (only if `counted`)
     @endsystem
@@ -98,7 +98,8 @@ class CommunicationChannel(Face):
     seed : of jitter and loss.
     rate : Hz, > 0, how often the input is looked at: the sender's rate.
     period : s, > 0, of the two sides' steps.
-    message : PoseMessage() or ForceMessage(), the type that is carried.
+    message : PoseMessage(), ForceMessage() or a Message, of the kind that is
+        carried.
     counted : whether there is the port `counters`.
     """
 
@@ -108,32 +109,27 @@ class CommunicationChannel(Face):
         seed: int = 0,
         rate: float = 50.0,
         period: float = 0.001,
-        message: _core.PoseMessage | _core.ForceMessage | None = None,
+        message: (_core.Message | _core.PoseMessage | _core.ForceMessage | None) = None,
         counted: bool = False,
     ) -> None:
         super().__init__(feedthrough=False)
         check_positive("CommunicationChannel", "rate", rate)
         check_positive("CommunicationChannel", "period", period)
         model = message if message is not None else _core.PoseMessage()
-        kind = next((kind for kind in _KINDS if isinstance(model, kind)), None)
-        if kind is None:
+        if not isinstance(model, MESSAGES):
             raise TypeError(
-                "CommunicationChannel: `message` expected PoseMessage() or "
-                f"ForceMessage(), got {message!r}"
+                "CommunicationChannel: `message` expected PoseMessage(), "
+                f"ForceMessage() or a Message, got {message!r}"
             )
-        self._kind = kind
+        self._tag = tag_of(model)
         params = deepcopy(params or _core.CommunicationChannelParams())
-        self._channel: _core.CommunicationChannel | _core.ForceCommunicationChannel = (
-            _core.ForceCommunicationChannel(params)
-            if isinstance(model, _core.ForceMessage)
-            else _core.CommunicationChannel(params)
-        )
+        self._channel = _core.CommunicationChannel(params)
         self._native_arguments = {
             "params": params,
             "seed": seed,
             "rate": rate,
             "period": period,
-            "message": model,
+            "tag": self._tag,
             "counted": counted,
         }
         self._message = self._declare_object_input("message", model)
@@ -152,7 +148,7 @@ class CommunicationChannel(Face):
             )
 
     def _step(self, context: Context, state: Any) -> None:
-        newest = typed(self._message, context, self._kind)
+        newest = message(self._message, context, self._tag)
         self._channel.send(context.get_time(), newest, state)
 
     def _calc_message(self, context: Context, output: Output) -> None:

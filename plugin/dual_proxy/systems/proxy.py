@@ -12,16 +12,12 @@ from dual_proxy.systems._face import (
     LINK_STATUS_FIELDS,
     Context,
     Face,
-    check_positive,
     flag,
     link_status,
     matrix,
-    message,
     pose,
-    typed,
+    pose_message,
 )
-
-_EMPTY = _core.PoseMessage()
 
 
 class RobotSideProxy(Face):
@@ -95,7 +91,7 @@ class RobotSideProxy(Face):
             sensed = self._sensed_wrench.Eval(context)
         self._proxy.update(
             context.get_time(),
-            message(self._message, context, _EMPTY),
+            pose_message(self._message, context),
             *pose(self._pose, context),
             matrix(self._force_selection, context),
             matrix(self._moment_selection, context),
@@ -152,7 +148,7 @@ class HapticSideProxy(Face):
     def _step(self, context: Context, state: Any) -> None:
         self._proxy.update(
             context.get_time(),
-            message(self._message, context, _EMPTY),
+            pose_message(self._message, context),
             *pose(self._pose, context),
             state,
         )
@@ -161,60 +157,3 @@ class HapticSideProxy(Face):
 def _link_counters(link: Any) -> list[int]:
     refused = link.dropped + link.bad_inputs
     return [refused, link.bad_inputs, link.gaps, link.spikes, link.losses]
-
-
-class PositionForceHapticSide(Face):
-    """The haptic side of the two-channel baseline: the sensed force, sent back.
-
-    @system
-    name: PositionForceHapticSide
-    input_ports:
-    - force_message     # ForceMessage
-    output_ports:
-    - device_wrench     # 6, [force; moment], N, N m, in D, on the hand
-    - link_status       # 7, see LINK_STATUS_FIELDS
-    - link_counters     # 5, so far: messages refused, those of them that were not
-                        # finite or not valid, sequence numbers skipped, latency
-                        # spikes, times lost
-    @endsystem
-
-    Steps every `period`; the outputs are those of the last step, zero before the
-    first: what it commands acts on the device one step later, as with every
-    other scheme.
-
-    Parameters
-    ----------
-    params : PositionForceHapticSideParams.
-    period : s, > 0.
-    """
-
-    def __init__(
-        self,
-        params: _core.PositionForceHapticSideParams | None = None,
-        period: float = 0.001,
-    ) -> None:
-        super().__init__(feedthrough=False)
-        check_positive("PositionForceHapticSide", "period", period)
-        self._side = _core.PositionForceHapticSide(
-            deepcopy(params or _core.PositionForceHapticSideParams())
-        )
-        self._native_arguments = {"params": self._side.params, "period": period}
-        self._message = self._declare_object_input(
-            "force_message", _core.ForceMessage()
-        )
-        self._declare_memory(self._side.make_state(), period)
-        self._declare_vector_output(
-            "device_wrench", 6, lambda state: [*state.reference_force, 0.0, 0.0, 0.0]
-        )
-        self._declare_vector_output(
-            "link_status",
-            len(LINK_STATUS_FIELDS),
-            lambda state: link_status(state.link),
-        )
-        self._declare_vector_output(
-            "link_counters", 5, lambda state: _link_counters(state.link)
-        )
-
-    def _step(self, context: Context, state: Any) -> None:
-        newest = typed(self._message, context, _core.ForceMessage)
-        self._side.update(context.get_time(), newest, state)

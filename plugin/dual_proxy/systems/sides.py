@@ -9,10 +9,13 @@ give the same bits.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from copy import deepcopy
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import EventStatus, LeafSystem
@@ -22,6 +25,7 @@ from dual_proxy.native import NativeTwin
 from dual_proxy.panda import NUM_JOINTS, PandaModel
 from dual_proxy.systems._face import (
     Context,
+    InputPort,
     Memory,
     Output,
     State,
@@ -36,8 +40,6 @@ from dual_proxy.systems._face import (
 )
 from dual_proxy.systems.control import model_terms
 
-_EMPTY = _core.PoseMessage()
-
 
 def _check_period(who: str, name: str, period: float, control_period: float) -> None:
     if period != control_period:
@@ -47,6 +49,25 @@ def _check_period(who: str, name: str, period: float, control_period: float) -> 
         )
 
 
+# Ports mean_... -> fields of what the filters take.
+_FORCE_MEANS = {
+    "sensed_force": "sensed",
+    "velocity": "velocity",
+    "motion_force": "motion",
+    "contact_force": "contact",
+}
+_MOMENT_MEANS = {
+    "sensed_moment": "sensed",
+    "angular_velocity": "velocity",
+    "motion_moment": "motion",
+    "contact_moment": "contact",
+}
+
+
+def _selection(port: InputPort, context: Context) -> Vector | None:
+    return matrix(port, context) if port.HasValue(context) else None
+
+
 class _Side(NativeTwin, LeafSystem):
     """What both sides share: the state in the Context, of the side and of the
     simulated hardware that it may hold, and all results of the last step as one
@@ -54,6 +75,7 @@ class _Side(NativeTwin, LeafSystem):
 
     #: Of the port `signals`: name -> slice.
     layout: dict[str, slice]
+    _side: Any
 
     def __init__(self, period: float) -> None:
         super().__init__()
@@ -67,7 +89,6 @@ class _Side(NativeTwin, LeafSystem):
         size = max(s.stop for s in self.layout.values())
         signals = self.DeclareDiscreteState(size)
         self._signals_index = int(signals)
-        self._signals_ticket = self.discrete_state_ticket(signals)
         self.DeclareStateOutputPort("signals", signals)
         name, value = acts
         acting = self.DeclareDiscreteState(value)
@@ -83,26 +104,14 @@ class _Side(NativeTwin, LeafSystem):
         """Returns the side's state and the hardware's."""
         return context.get_abstract_state(self._memory_index).get_value().state
 
-    def _declare_slice(self, name: str) -> None:
-        """Declares an output port with one of the signals."""
-        where = self.layout[name]
-        index = self._signals_index
-
-        def calc(context: Context, output: Output) -> None:
-            output.SetFromVector(context.get_discrete_state(index).value()[where])
-
-        self.DeclareVectorOutputPort(
-            name, where.stop - where.start, calc, {self._signals_ticket}
-        )
-
-    def _declare_message(self, name: str, model: object, attribute: str) -> None:
+    def _declare_message(self) -> None:
         def calc(context: Context, output: Output) -> None:
             side, _ = self._states(context)
-            output.set_value(getattr(side.output, attribute))
+            output.set_value(side.message)
 
         self.DeclareAbstractOutputPort(
-            name,
-            lambda: AbstractValue.Make(model),
+            "message",
+            lambda: AbstractValue.Make(_core.Message()),
             calc,
             {self.abstract_state_ticket(self._memory)},
         )
@@ -124,7 +133,7 @@ class _Side(NativeTwin, LeafSystem):
         acts = self._step(context, side, hardware)
         memory.set_value(Memory((side, hardware)))
         outputs = state.get_mutable_discrete_state()
-        outputs.set_value(self._signals_index, side.output.as_vector())
+        outputs.set_value(self._signals_index, self._side.signals(side))
         outputs.set_value(self._acting_index, acts)
         if hardware is not None:
             counts = self._count_hardware(hardware)
@@ -138,14 +147,15 @@ class RobotSide(_Side):
     @system
     name: RobotSide
     input_ports:
-    - haptic_message      # PoseMessage (optional: without it the robot waits)
+    - haptic_message      # Message (optional: without it the robot waits)
     - robot_state         # 14, [q; v], rad, rad/s
     - sensed_wrench       # 6, [force; moment], N, N m, at E (not with a
                           # simulated sensor)
     - reaction            # 6, [force; moment], N, N m, in S, of the arm on the
                           # tool (only with a simulated sensor)
-    - force_selection     # 9, row-major 3x3 (optional, zero)
-    - moment_selection    # 9, row-major 3x3 (optional, zero)
+    - force_selection     # 9, row-major 3x3: the directions of contact if
+    - moment_selection    # somebody else knows them; the side's own filters
+                          # rest if one of the two is connected
     - sensor_ready        # 1, > 0.5 if the force sensor can be relied on
                           # (optional: it can); otherwise the robot holds its
                           # place (not with a simulated sensor)
@@ -156,12 +166,13 @@ class RobotSide(_Side):
     - signals             # all results, see `layout` (name -> slice)
     - torque              # 7, N m, with gravity compensation
     - robot_pose          # RigidTransform X_BE, at the current `robot_state`
-    - message             # PoseMessage, to the haptic side
-    - force_message       # ForceMessage, for the two-channel baseline
+    - message             # Message, to the haptic side
     - mean_sensed_force   # 3, N, mean over the filter's current period
     - mean_velocity       # 3, m/s, likewise
     - mean_motion_force   # 3, N, likewise
     - mean_contact_force  # 3, N, likewise
+    - force_selection     # 9, row-major 3x3, and
+    - dimension           # 1: what the filter has found
     - sensed_wrench       # 6, as the input of that name (only with a simulated
                           # sensor)
     - sensor_counters     # 2, so far: samples that the sensor refused, times at
@@ -171,9 +182,9 @@ class RobotSide(_Side):
     - mean_angular_velocity # 3, rad/s (likewise)
     - mean_motion_moment    # 3, N m (likewise)
     - mean_contact_moment   # 3, N m (likewise)
+    - moment_selection      # 9, row-major 3x3, found by it (likewise)
+    - moment_dimension      # 1 (likewise)
     @endsystem
-
-    There is an angular filter where `params.angular_filter_period` > 0.
 
     Everything in the base frame B. Steps every `params.controller.period`; all
     outputs but `robot_pose` are those of the last step. Before the first the
@@ -190,9 +201,8 @@ class RobotSide(_Side):
     sensor : ForceTorqueSensorParams of the simulated sensor, if there is one.
     p_SE : (3,) m, tool point in the sensor's frame.
     seed : of the sensor's noise.
+    filter_seed, angular_filter_seed : of the filters.
     """
-
-    layout = _core.RobotSide.output_layout()
 
     def __init__(
         self,
@@ -202,12 +212,16 @@ class RobotSide(_Side):
         sensor: _core.ForceTorqueSensorParams | None = None,
         p_SE: Vector | None = None,
         seed: int = 0,
+        filter_seed: int = 0,
+        angular_filter_seed: int = 1,
     ) -> None:
         self._side = _core.RobotSide(deepcopy(params or _core.RobotSideParams()))
+        self.layout = self._side.layout
+        self._tag = _core._scheme_tags(self._side.params.scheme)[0]
         super().__init__(self._side.params.controller.period)
         declare = self.DeclareVectorInputPort
         self._message = self.DeclareAbstractInputPort(
-            "haptic_message", AbstractValue.Make(_core.PoseMessage())
+            "haptic_message", AbstractValue.Make(_core.Message())
         )
         self._robot_state = declare("robot_state", 2 * NUM_JOINTS)
         self._sensor: Any = None
@@ -238,23 +252,23 @@ class RobotSide(_Side):
             "sensor": None if self._sensor is None else self._sensor.params,
             "p_SE": self._p_SE,
             "seed": seed,
+            "filter_seed": filter_seed,
+            "angular_filter_seed": angular_filter_seed,
         }
-        self._declare(self._side.make_state(), sensor_state, ("torque", torque))
+        self._declare(
+            self._side.make_state(filter_seed, angular_filter_seed),
+            sensor_state,
+            ("torque", torque),
+        )
         self.DeclareAbstractOutputPort(
             "robot_pose",
             Value[RigidTransform],
             self._calc_pose,
             {self._robot_state.ticket()},
         )
-        self._declare_message("message", _core.PoseMessage(), "message")
-        self._declare_message("force_message", _core.ForceMessage(), "force_message")
-        for signal in (
-            "mean_sensed_force",
-            "mean_velocity",
-            "mean_motion_force",
-            "mean_contact_force",
-        ):
-            self._declare_slice(signal)
+        self._declare_message()
+        self._declare_means("filter_means", _FORCE_MEANS)
+        self._declare_found("force_selection", "dimension", "filter")
         if sensor is not None:
             self.DeclareVectorOutputPort(
                 "sensed_wrench",
@@ -265,26 +279,37 @@ class RobotSide(_Side):
                 {self.abstract_state_ticket(self._memory)},
             )
             self.DeclareStateOutputPort("sensor_counters", self._hardware_counts)
-        if self._side.params.angular_filter_period > 0:
-            for name in (
-                "sensed_moment",
-                "angular_velocity",
-                "motion_moment",
-                "contact_moment",
-            ):
-                self._declare_angular_mean(name)
+        if self._side.params.perception.angular_filter.enabled:
+            self._declare_means("angular_filter_means", _MOMENT_MEANS)
+            self._declare_found(
+                "moment_selection", "moment_dimension", "angular_filter"
+            )
 
     def _count_hardware(self, hardware: Any) -> list[int]:
         return [hardware.bad_inputs, hardware.tares_refused]
 
-    def _declare_angular_mean(self, name: str) -> None:
+    def _declare_state_vector(
+        self, name: str, size: int, read: Callable[[Any], ArrayLike]
+    ) -> None:
+        """Declares an output port with what `read` finds in the side's state."""
+
         def calc(context: Context, output: Output) -> None:
             side, _ = self._states(context)
-            output.SetFromVector(getattr(side.output.angular_filter_means, name))
+            output.SetFromVector(np.reshape(read(side), size))
 
         self.DeclareVectorOutputPort(
-            f"mean_{name}", 3, calc, {self.abstract_state_ticket(self._memory)}
+            name, size, calc, {self.abstract_state_ticket(self._memory)}
         )
+
+    def _declare_means(self, means: str, names: Mapping[str, str]) -> None:
+        for name, field in names.items():
+            read = attrgetter(f"{means}.{field}")
+            self._declare_state_vector(f"mean_{name}", 3, read)
+
+    def _declare_found(self, selection: str, dimension: str, found: str) -> None:
+        read = attrgetter(f"{found}.force_selection")
+        self._declare_state_vector(selection, 9, read)
+        self._declare_state_vector(dimension, 1, attrgetter(f"{found}.dimension"))
 
     def _calc_pose(self, context: Context, output: Output) -> None:
         x: Any = self._robot_state.Eval(context)
@@ -297,12 +322,12 @@ class RobotSide(_Side):
         time = context.get_time()
         self._side.update(
             time,
-            message(self._message, context, _EMPTY),
+            message(self._message, context, self._tag),
             *terms,
             x[:NUM_JOINTS],
             x[NUM_JOINTS:],
-            matrix(self._force_selection, context),
-            matrix(self._moment_selection, context),
+            _selection(self._force_selection, context),
+            _selection(self._moment_selection, context),
             vector(self._sensed_wrench, context)
             if hardware is None
             else hardware.wrench,
@@ -320,7 +345,7 @@ class RobotSide(_Side):
                 flag(self._flag, context, False),
                 _core.RobotSide.calc_twist(terms.J_BE, x[NUM_JOINTS:]),
             )
-        torque: Vector = side.output.torque
+        torque: Vector = side.torque
         return torque
 
 
@@ -330,7 +355,7 @@ class HapticSide(_Side):
     @system
     name: HapticSide
     input_ports:
-    - robot_message       # PoseMessage (optional: without it there is no force,
+    - robot_message       # Message (optional: without it there is no force,
                           # but messages are sent)
     - device_pose         # RigidTransform X_DH, from the device's home (not
                           # with a simulated device)
@@ -338,7 +363,7 @@ class HapticSide(_Side):
     output_ports:
     - signals             # all results, see `layout` (name -> slice)
     - device_wrench       # 6, [force; moment], N, N m, of the device on the hand
-    - message             # PoseMessage, to the robot side
+    - message             # Message, to the robot side
     - device_pose         # as the input of that name (only with a simulated
                           # device)
     - device_bad_inputs   # 1, steps with an input that the device refused so far
@@ -360,8 +385,6 @@ class HapticSide(_Side):
         operator wants the handle.
     """
 
-    layout = _core.HapticSide.output_layout()
-
     def __init__(
         self,
         params: _core.HapticSideParams | None = None,
@@ -369,9 +392,11 @@ class HapticSide(_Side):
         path: _core.OperatorPath | None = None,
     ) -> None:
         self._side = _core.HapticSide(deepcopy(params or _core.HapticSideParams()))
+        self.layout = self._side.layout
+        self._tag = _core._scheme_tags(self._side.params.scheme)[1]
         super().__init__(self._side.params.controller.period)
         self._message = self.DeclareAbstractInputPort(
-            "robot_message", AbstractValue.Make(_core.PoseMessage())
+            "robot_message", AbstractValue.Make(_core.Message())
         )
         if (device is None) != (path is None):
             raise ValueError("HapticSide: `device` and `path` go together")
@@ -394,7 +419,7 @@ class HapticSide(_Side):
         }
         start = self._side.make_state()
         self._declare(start, device_state, ("device_wrench", np.zeros(6)))
-        self._declare_message("message", _core.PoseMessage(), "message")
+        self._declare_message()
         if device is not None:
             self.DeclareAbstractOutputPort(
                 "device_pose",
@@ -413,13 +438,13 @@ class HapticSide(_Side):
 
     def _step(self, context: Context, side: Any, hardware: Any) -> Vector:
         time = context.get_time()
-        newest = message(self._message, context, _EMPTY)
+        newest = message(self._message, context, self._tag)
         if hardware is None:
             p, R = pose(self._pose, context)
             self._side.update(time, newest, p, R, self._velocity.Eval(context), side)
         else:
             # What the device was told in the step before acts on it now.
-            told = side.output.device_wrench
+            told = side.device_wrench
             read = hardware.read_pose
             self._side.update(
                 time, newest, read.p, read.R, hardware.read_velocity, side
@@ -427,5 +452,5 @@ class HapticSide(_Side):
             position, velocity = self._path.calc(time)
             rotation = self._path.calc_rotation(time)
             self._device.update(position, rotation, velocity, told, hardware)
-        wrench: Vector = side.output.device_wrench
+        wrench: Vector = side.device_wrench
         return wrench

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The bare engine: a scenario simulated without Drake.
+
+The loop is the very same compiled code as in a Drake diagram; the plant is the
+project's own arm (`SimulatedArm`), whose contacts are implicit.
+"""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from dual_proxy import _core
+from dual_proxy.log import make_frame
+from dual_proxy.scenario import Scenario
+from dual_proxy.station import start_posture
+
+__all__ = ["BareStation"]
+
+
+class BareStation:
+    """Simulates a scenario and logs it, as `Station` does.
+
+    Parameters
+    ----------
+    scenario : what to simulate.
+    duration : of the run, s; there is no room for more.
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario needs Drake.
+    ValueError
+        If no posture of the arm reaches the start.
+    OSError
+        If there is no space for the log.
+    """
+
+    def __init__(self, scenario: Scenario, duration: float) -> None:
+        model, q_start = start_posture(scenario)
+        self._engine = _core._BareEngine(scenario, model.arm_params, q_start, duration)
+
+    def advance_to(self, time: float) -> None:
+        """Simulates up to `time`, s."""
+        self._engine.advance_to(time)
+
+    def log_frame(self) -> pd.DataFrame:
+        """Returns the log so far; see `dual_proxy.log.SIGNALS`. Read-only."""
+        store = self._engine.log
+        rows = store.values
+        layout = self._engine.layout
+        return make_frame(
+            store.time, {name: rows[:, where] for name, where in layout.items()}
+        )

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What benchmarks save: tables in pages, JSON, and where it was measured."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from dual_proxy.settings import ScenarioError
+
+__all__ = [
+    "check_page",
+    "fill_page",
+    "machine",
+    "markdown_table",
+    "number_text",
+    "write_json",
+]
+
+# After such a line of a page stands a table, up to the next empty line.
+_MARK = "<!-- {} -->\n"
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def number_text(value: float) -> str:
+    """Return a number in three digits, or all before the point."""
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def fill_page(page: Path, script: str, table: str) -> None:
+    """Put a table after the line `<!-- script -->` of a page, in place of what
+    stands there up to the next empty line.
+
+    Raises
+    ------
+    ValueError
+        If the page has no such line.
+    """
+    line = _MARK.format(script)
+    before, mark, rest = page.read_text().partition(line)
+    if not mark:
+        raise ValueError(f"{page}: expected a line {line.strip()!r}")
+    _, _, after = f"\n{rest}".partition("\n\n")
+    page.write_text(f"{before}{mark}{table}\n\n{after}")
+
+
+def check_page(page: Path, quick: bool, scripts: Iterable[str]) -> None:
+    """Raise ScenarioError unless a command can fill a page, before it begins."""
+    if quick:
+        raise ScenarioError("--page: expected the whole benchmark, got --quick")
+    try:
+        text = page.read_text()
+    except OSError as error:
+        raise ScenarioError(f"--page {page}: {error.strerror}") from None
+    for script in scripts:
+        mark = _MARK.format(script)
+        if mark not in text:
+            raise ScenarioError(f"--page {page}: expected a line {mark.strip()!r}")
+
+
+def machine() -> dict[str, Any]:
+    """Describe where the costs were measured."""
+    model = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        for line in info.read_text().splitlines():
+            if line.startswith("model name"):
+                model = line.partition(":")[2].strip()
+                break
+    return {"processor": model, "processors": len(os.sched_getaffinity(0))}
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write a file that is there whole or not at all."""
+    unfinished = path.with_suffix(".unfinished")
+    unfinished.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
+    unfinished.rename(path)

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "dual_proxy/experiment/run_log_store.h"
+#include "dual_proxy/experiment/scenario.h"
+#include "dual_proxy/loop/teleop_loop.h"
+#include "dual_proxy/simulation/simulated_arm.h"
+
+namespace dual_proxy {
+
+/** The scene as the bare engine has it: the table and all boxes.
+@throws ScenarioError if there is something that only Drake has. */
+ContactSceneParams MakeContactSceneParams(const Scenario& scenario);
+
+/** The arm with its tool, as the bare engine's plant. */
+SimulatedArmParams MakeSimulatedArmParams(const Scenario& scenario);
+
+/** Runs a scenario without Drake: the loop, an arm (SimulatedArm), and the log.
+The same loop, to the bit, as in a Drake diagram; the plant is another. */
+class BareEngine {
+ public:
+  /** @param scenario  distributed and valid.
+  @param arm  with the scenario's tool as a part of its last link.
+  @param q_start  rad.
+  @param duration  of the run, s: room for its log is made.
+  @throws ScenarioError if it needs Drake, std::system_error if there is no
+  space for the log. */
+  BareEngine(const Scenario& scenario, const ArmModelParams& arm,
+             const Vector7& q_start, double duration);
+
+  /** Runs up to the first multiple of the control period that is not before
+  `time`, s, and logs every period.
+  @throws std::system_error if the log cannot be written. */
+  void AdvanceTo(double time);
+
+  double time() const { return period_ * static_cast<double>(num_periods_); }
+
+  /** What the columns of the log are. */
+  const std::vector<SignalSlice>& layout() const { return layout_; }
+
+  /** The log so far. */
+  const std::shared_ptr<RunLogStore>& log() const { return log_; }
+
+ private:
+  void Flush();
+
+  TeleopLoop loop_;
+  SimulatedArm arm_;
+  OperatorPath path_;
+  TeleopLoopState loop_state_;
+  SimulatedArmState arm_state_;
+  bool rotations_;
+  double period_;
+  std::int64_t num_periods_{0};
+  std::vector<SignalSlice> layout_;
+  std::shared_ptr<RunLogStore> log_;
+  // Rows that are not in the log yet.
+  Eigen::VectorXd times_;
+  Eigen::MatrixXd rows_;
+  Eigen::Index num_rows_{0};
+};
+
+}  // namespace dual_proxy

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/loop/teleop_loop.h"
+
+#include <utility>
+
+#include "dual_proxy/common/validate.h"
+#include "dual_proxy/loop/loop_signals.h"
+
+namespace dual_proxy {
+
+void TeleopLoopParams::Validate() const {
+  const char* who = "TeleopLoopParams";
+  robot.Validate();
+  haptic.Validate();
+  channel.Validate();
+  arm.Validate();
+  sensor.Validate();
+  device.Validate();
+  path.Validate();
+  ThrowUnlessIn(who, "p_SE", p_SE, Finite());
+  const double period = robot.controller.period;
+  const auto check = [who, period](const char* name, double value) {
+    if (value != period) {
+      ThrowInvalidField(who, name, "robot.controller.period", value);
+    }
+  };
+  check("haptic.controller.period", haptic.controller.period);
+  check("sensor.period", sensor.period);
+  check("device.period", device.period);
+  if (haptic.scheme != robot.scheme) {
+    ThrowInvalidField(who, "haptic.scheme", "the robot's scheme",
+                      static_cast<int>(haptic.scheme));
+  }
+}
+
+TeleopLoop::TeleopLoop(Params params)
+    : params_((params.Validate(), std::move(params))),
+      robot_(params_.robot),
+      haptic_(params_.haptic),
+      channel_(params_.channel),
+      arm_(params_.arm),
+      sensor_(params_.sensor),
+      device_(params_.device),
+      path_(params_.path) {
+  layout_ =
+      MakeLayout([this](SignalSink* sink) { VisitSignals(MakeState(), sink); });
+}
+
+Vector7 TeleopLoop::CalcHoldingTorque(const Vector7& q) const {
+  Pose X_BE;
+  ModelTerms terms;
+  arm_.Calc(q, Vector7::Zero(), &X_BE, &terms);
+  return -terms.gravity;
+}
+
+TeleopLoopState TeleopLoop::MakeState() const {
+  const TeleopLoopSeeds& seeds = params_.seeds;
+  return {.robot = robot_.MakeState(seeds.filter, seeds.angular_filter),
+          .haptic = haptic_.MakeState(),
+          .sensor = sensor_.MakeState(seeds.sensor),
+          .device = device_.MakeState(),
+          .to_robot = channel_.MakeState(seeds.to_robot),
+          .to_device = channel_.MakeState(seeds.to_device)};
+}
+
+void TeleopLoop::Update(double time, const TeleopLoopInput& input,
+                        State* state) const noexcept {
+  UpdateRobotSide(time, input, state);
+  UpdateHapticSide(time, state);
+  UpdateLink(time, state);
+  state->stepped = true;
+}
+
+void TeleopLoop::UpdateRobotSide(double time, const TeleopLoopInput& input,
+                                 State* state) const noexcept {
+  const ForceTorqueAdapterState& sensor = state->sensor.adapter;
+  RobotSideInput side;
+  side.message = channel_.Receive(time, state->to_robot);
+  side.q = input.q;
+  side.v = input.v;
+  side.sensed_wrench = sensor.wrench;
+  side.sensor_ready = sensor.ready;
+  arm_.Calc(input.q, input.v, &side.X_BE, &side.model);
+  robot_.Update(time, side, &state->robot);
+  if (!input.has_reaction) return;
+  sensor_.Update({.measured = input.reaction,
+                  .X_BE = side.X_BE,
+                  .v_BE = state->robot.output.v_BE,
+                  .p_SE = params_.p_SE},
+                 &state->sensor);
+}
+
+void TeleopLoop::UpdateHapticSide(double time, State* state) const noexcept {
+  const Vector6 told = state->haptic.output.device_wrench;
+  haptic_.Update(time,
+                 {.message = channel_.Receive(time, state->to_device),
+                  .X_DH = state->device.read_pose,
+                  .device_velocity = state->device.read_velocity},
+                 &state->haptic);
+  const OperatorPathSample intended = path_.Calc(time);
+  device_.Update({.p = intended.position, .R = intended.rotation},
+                 intended.velocity, told, &state->device);
+}
+
+void TeleopLoop::UpdateLink(double time, State* state) const noexcept {
+  // The looks until the next period begins.
+  const double interval = 1 / params_.robot.sender.rate;
+  for (;;) {
+    const double look = CommunicationChannel::kLook * period() +
+                        static_cast<double>(state->next_look) * interval;
+    if (!(look < time + period())) return;
+    ++state->next_look;
+    channel_.Send(look, state->haptic.half.output().message, &state->to_robot);
+    channel_.Send(look, state->robot.half.output().message, &state->to_device);
+  }
+}
+
+void TeleopLoop::VisitSignals(const State& state, SignalSink* sink) const {
+  haptic_.VisitSignals(state.haptic, sink);
+  VisitDevice(state.device, sink);
+  robot_.VisitSignals(state.robot, sink);
+  VisitSensor(state.sensor, sink);
+  VisitChannel(Direction::kToRobot, state.to_robot, sink);
+  VisitChannel(Direction::kToDevice, state.to_device, sink);
+}
+
+void TeleopLoop::WriteSignals(const State& state,
+                              Eigen::Ref<Eigen::VectorXd> vector) const {
+  vector.setZero();
+  if (!state.stepped) return;
+  SignalSink sink(&vector);
+  VisitSignals(state, &sink);
+}
+
+}  // namespace dual_proxy

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "dual_proxy/control/arm_model.h"
+#include "dual_proxy/link/communication_channel.h"
+#include "dual_proxy/sides/haptic_side.h"
+#include "dual_proxy/sides/robot_side.h"
+#include "dual_proxy/simulation/force_torque_sensor.h"
+#include "dual_proxy/simulation/haptic_device.h"
+#include "dual_proxy/simulation/operator.h"
+
+namespace dual_proxy {
+
+/** Of everything random in a TeleopLoop, each a stream of its own. */
+struct TeleopLoopSeeds {
+  std::uint64_t filter{0};
+  std::uint64_t angular_filter{1};
+  std::uint64_t sensor{2};
+  std::uint64_t to_robot{3};
+  std::uint64_t to_device{4};
+};
+
+/** Parameters of TeleopLoop. All control periods must be the same. */
+struct TeleopLoopParams {
+  RobotSideParams robot;
+  HapticSideParams haptic;
+  CommunicationChannelParams channel;  ///< Both ways alike.
+  ArmModelParams arm;                  ///< The controller's model.
+  ForceTorqueSensorParams sensor;
+  /** m, in the sensor's frame S: from its origin to the tool point E. */
+  Eigen::Vector3d p_SE{Eigen::Vector3d::Zero()};
+  SimulatedHapticDeviceParams device;
+  OperatorPathParams path;  ///< Of the handle, in D.
+  TeleopLoopSeeds seeds;
+
+  /** @throws std::invalid_argument naming field, range and value. */
+  void Validate() const;
+};
+
+/** What the robot, real or simulated, gives to a period. */
+struct TeleopLoopInput {
+  Vector7 q{Vector7::Zero()};  ///< rad.
+  Vector7 v{Vector7::Zero()};  ///< rad/s.
+  /** [force; moment about S], N, N m, in S: of the arm on the tool. */
+  Vector6 reaction{Vector6::Zero()};
+  /** Whether there is one; a plant has none before its first step. */
+  bool has_reaction{false};
+};
+
+/** Memory of TeleopLoop, and the results of the last period. */
+struct TeleopLoopState {
+  RobotSideState robot;
+  HapticSideState haptic;
+  ForceTorqueSensorState sensor;
+  SimulatedHapticDeviceState device;
+  CommunicationChannelState to_robot;
+  CommunicationChannelState to_device;
+  std::int64_t next_look{0};  ///< Of the channels, in messages from time 0.
+  bool stepped{false};        ///< Whether there was a period.
+
+  /** N m: for the robot, over the period that has begun. */
+  const Vector7& torque() const { return robot.output.controller.torque; }
+};
+
+/** Everything that happens in a control period, in one place and without Drake:
+a host gives the robot's state and takes the torque.
+
+In the period at time t everything acts on what was there before t: the robot
+side on the newest message and the robot's state, the haptic side on the newest
+message and the device's pose; the device moves under the force of the period
+before; the sensor reads; then the link takes what was sent. So the order of the
+sides makes no difference, and both may as well be separate processes.
+
+Update() neither allocates nor throws. */
+class TeleopLoop {
+ public:
+  using Params = TeleopLoopParams;
+  using State = TeleopLoopState;
+
+  /** @throws std::invalid_argument if params are not valid. */
+  explicit TeleopLoop(Params params);
+
+  const Params& params() const { return params_; }
+
+  /** s: between two calls of Update(). */
+  double period() const { return params_.robot.controller.period; }
+
+  /** N m: what holds the arm at rest at `q` until the first period. */
+  Vector7 CalcHoldingTorque(const Vector7& q) const;
+
+  /** Allocates all that it will ever use. */
+  State MakeState() const;
+
+  /** Advances by one period.
+  @param time s: period() times the number of periods so far. */
+  void Update(double time, const TeleopLoopInput& input,
+              State* state) const noexcept;
+
+  /** Names and meanings of the signals that WriteSignals() writes. */
+  const std::vector<SignalSlice>& layout() const { return layout_; }
+
+  /** Writes all signals of the last period, zero before the first. No heap.
+  @pre vector.size() == SizeOf(layout()). */
+  void WriteSignals(const State& state,
+                    Eigen::Ref<Eigen::VectorXd> vector) const;
+
+ private:
+  void UpdateRobotSide(double time, const TeleopLoopInput& input,
+                       State* state) const noexcept;
+  void UpdateHapticSide(double time, State* state) const noexcept;
+  void UpdateLink(double time, State* state) const noexcept;
+  void VisitSignals(const State& state, SignalSink* sink) const;
+
+  Params params_;
+  RobotSide robot_;
+  HapticSide haptic_;
+  CommunicationChannel channel_;
+  ArmModel arm_;
+  ForceTorqueSensor sensor_;
+  SimulatedHapticDevice device_;
+  OperatorPath path_;
+  std::vector<SignalSlice> layout_;
+};
+
+}  // namespace dual_proxy

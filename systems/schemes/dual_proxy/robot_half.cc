@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/schemes/dual_proxy/scheme.h"
+
+namespace dual_proxy {
+
+DualProxyRobotHalf::DualProxyRobotHalf(const RobotHalfParams& shared,
+                                       const NoParams&)
+    : proxy_(shared.proxy), sender_(shared.sender) {}
+
+DualProxyRobotHalfState DualProxyRobotHalf::MakeState() const {
+  return {.proxy = proxy_.MakeState(), .sender = sender_.MakeState()};
+}
+
+void DualProxyRobotHalf::Update(double time, const RobotHalfInput& input,
+                                State* state) const noexcept {
+  proxy_.Update(time,
+                {.message = FromMessage<PoseMessage>(input.message),
+                 .X_BE = input.X_BE,
+                 .force_selection = input.force_selection,
+                 .moment_selection = input.moment_selection,
+                 .has_sensed = true,
+                 .sensed_force = input.sensed_wrench.head<3>(),
+                 .sensed_moment = input.sensed_wrench.tail<3>(),
+                 .sensor_ready = input.sensor_ready},
+                &state->proxy);
+  const RobotSideProxyOutput& proxy = state->proxy.output;
+  RobotHalfOutput& output = state->output;
+  output.setpoint = {.motion_error = proxy.motion_error,
+                     .rotation_error = proxy.rotation_error,
+                     .velocity = proxy.proxy_velocity,
+                     .acceleration = proxy.proxy_acceleration,
+                     .reference_force = proxy.reference_force,
+                     .reference_moment = proxy.reference_moment,
+                     .force_selection = input.force_selection,
+                     .moment_selection = input.moment_selection};
+  output.proxy_pose = proxy.proxy_pose;
+  output.message =
+      ToMessage(sender_.Update(time, input.X_BE, input.force_selection,
+                               input.moment_selection, &state->sender));
+  output.link = state->proxy.link;
+  output.bad_inputs = state->proxy.bad_inputs;
+  output.limiter_bad_inputs = state->proxy.limiter.bad_inputs;
+  output.sender_bad_inputs = state->sender.bad_inputs;
+}
+
+}  // namespace dual_proxy

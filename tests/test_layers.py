@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Each layer of the C++ code includes only those in front of it."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+# From the ground up; see docs/architecture.md.
+LAYERS = {
+    "common": "systems",
+    "link": "systems",
+    "proxy": "systems",
+    "perception": "systems",
+    "control": "systems",
+    "schemes": "systems",
+    "sides": "systems",
+    "simulation": "systems",
+    "loop": "systems",
+    "experiment": "plugin",
+    "station": "plugin",
+}
+# The sides' faces may hold the simulated hardware, which saves Drake's events.
+EXCEPTIONS = {
+    ("sides/robot_side_system.h", "simulation"),
+    ("sides/haptic_side_system.h", "simulation"),
+}
+INCLUDE = re.compile(r'^#include "dual_proxy/(\w+)/', re.MULTILINE)
+
+
+def sources(layer):
+    folder = ROOT / LAYERS[layer] / layer
+    return [p for p in sorted(folder.rglob("*")) if p.suffix in (".h", ".cc")]
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_includes_point_down(layer):
+    order = list(LAYERS)
+    below = order[: order.index(layer) + 1]
+    wrong = [
+        (f"{layer}/{path.name}", included)
+        for path in sources(layer)
+        for included in INCLUDE.findall(path.read_text("utf-8"))
+        if included not in below
+    ]
+    assert not set(wrong) - EXCEPTIONS
+
+
+def test_no_scheme_knows_another():
+    schemes = ROOT / "systems" / "schemes"
+    for path in schemes.glob("*/*"):
+        others = re.findall(r'"dual_proxy/schemes/(\w+)/', path.read_text("utf-8"))
+        assert set(others) <= {path.parent.name}, path
+
+
+def test_every_folder_is_a_layer():
+    folders = {p.parent.name for p in ROOT.glob("systems/*/CMakeLists.txt")}
+    assert folders == {name for name, root in LAYERS.items() if root == "systems"}
