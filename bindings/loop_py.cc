@@ -170,12 +170,6 @@ void BindLoop(py::module_& m) {
             return LayoutDict(self.loop().layout());
           },
           "{signal: slice} of the vector that `step` fills.")
-      .def_property_readonly(
-          "signals",
-          [](const LoopStepper& self) {
-            return Describe(self.loop().layout());
-          },
-          "[(name, kind, size, unit, frame, meaning)] of the same.")
       .def(
           "holding_torque",
           [](const LoopStepper& self, const py::object& q) {
@@ -209,11 +203,12 @@ void BindLoop(py::module_& m) {
           py::arg("time"), py::arg("state"), py::arg("robot_state"),
           py::arg("force"), py::arg("moment"), py::arg("torque"),
           py::arg("signals"),
-          "Returns the state after the period at `time`, and writes the torque "
-          "(7) and all signals\nto `results`. robot_state: (14,), [q; v]. "
-          "force, "
-          "moment: (3,) each, the reaction of the\narm on the tool in S, or "
-          "None.");
+          "Returns the state after the period at `time`, and writes to "
+          "`torque`, "
+          "(7,), N m, and\n`signals`, by `layout`. robot_state: (14,), [q; v]. "
+          "force, moment: (3,) each, the reaction\nof the arm on the tool in "
+          "S, "
+          "or None.");
 
   py::class_<BareEngine>(m, "_BareEngine",
                          "Runs a scenario without Drake; see "
@@ -228,7 +223,6 @@ void BindLoop(py::module_& m) {
       .def("advance_to", &BareEngine::AdvanceTo, py::arg("time"),
            py::call_guard<py::gil_scoped_release>(),
            "Runs up to `time`, s, and logs every control period.")
-      .def_property_readonly("time", &BareEngine::time, "s")
       .def_property_readonly(
           "layout",
           [](const BareEngine& self) { return LayoutDict(self.layout()); },

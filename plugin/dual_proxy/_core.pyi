@@ -6019,9 +6019,9 @@ class _TeleopLoop:
         ...
     def step(self, time: typing.SupportsFloat | typing.SupportsIndex, state: _TeleopLoopState, robot_state: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], force: typing.Any, moment: typing.Any, torque: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], signals: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> _TeleopLoopState:
         """
-        Returns the state after the period at `time`, and writes the torque (7) and all signals
-        to `results`. robot_state: (14,), [q; v]. force, moment: (3,) each, the reaction of the
-        arm on the tool in S, or None.
+        Returns the state after the period at `time`, and writes to `torque`, (7,), N m, and
+        `signals`, by `layout`. robot_state: (14,), [q; v]. force, moment: (3,) each, the reaction
+        of the arm on the tool in S, or None.
         """
     @property
     def layout(self) -> dict:
@@ -6032,11 +6032,6 @@ class _TeleopLoop:
     def period(self) -> float:
         """
         s
-        """
-    @property
-    def signals(self) -> list:
-        """
-        [(name, kind, size, unit, frame, meaning)] of the same.
         """
 class _BareEngine:
     """
@@ -6057,11 +6052,6 @@ class _BareEngine:
     def log(self) -> ...:
         """
         The log so far, a _RunLogStore.
-        """
-    @property
-    def time(self) -> float:
-        """
-        s
         """
 class _RunLogStore:
     """

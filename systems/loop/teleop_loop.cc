@@ -126,8 +126,10 @@ void TeleopLoop::VisitSignals(const State& state, SignalSink* sink) const {
 
 void TeleopLoop::WriteSignals(const State& state,
                               Eigen::Ref<Eigen::VectorXd> vector) const {
-  vector.setZero();
-  if (!state.stepped) return;
+  if (!state.stepped) {
+    vector.setZero();
+    return;
+  }
   SignalSink sink(&vector);
   VisitSignals(state, &sink);
 }
