@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <type_traits>
 
 #include <Eigen/Core>
@@ -50,21 +51,28 @@ class WindowMean {
 
   State MakeState() const { return {}; }
 
+  /** The k of the window [k T, (k + 1) T) that `time` is in, with the tolerance
+  above; none if time is not finite, or beyond 2^53 windows. */
+  std::optional<std::int64_t> FindWindow(double time) const noexcept {
+    constexpr double kTolerance = 1e-9;
+    constexpr double kMaxIndex = 9007199254740992.0;
+    const double index = std::floor(time / window_ + kTolerance);
+    if (!(std::abs(index) <= kMaxIndex)) return std::nullopt;
+    return static_cast<std::int64_t>(index);
+  }
+
   /** Takes a sample; the mean with it is in state->mean. A sample that is not
   finite, or whose time is not finite (or beyond 2^53 windows), is refused and
   counted, and nothing else changes. No heap, no throw.
   @param time s, not decreasing. */
   void Update(double time, const Vector& value, State* state) const noexcept {
-    constexpr double kTolerance = 1e-9;
-    constexpr double kMaxIndex = 9007199254740992.0;
-    const double index = std::floor(time / window_ + kTolerance);
-    if (!(std::abs(index) <= kMaxIndex) || !value.allFinite()) {
+    const std::optional<std::int64_t> window = FindWindow(time);
+    if (!window || !value.allFinite()) {
       ++state->bad_inputs;
       return;
     }
-    const auto window = static_cast<std::int64_t>(index);
-    if (window != state->window) {
-      state->window = window;
+    if (*window != state->window) {
+      state->window = *window;
       state->samples = 0;
       state->sum.setZero();
     }

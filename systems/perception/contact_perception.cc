@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/perception/contact_perception.h"
 
-#include <cmath>
-
 namespace dual_proxy {
 namespace {
 
@@ -38,13 +36,9 @@ ContactPerceptionState ContactPerception::MakeState(
 
 void ContactPerception::ScheduledFilter::Update(
     double time, ScheduledFilterState* state) const noexcept {
-  // To 1e-9 of the period, as the windows: 0.3 / 0.1 is below 3.
-  constexpr double kTolerance = 1e-9;
-  constexpr double kMaxIndex = 9007199254740992.0;
-  const double index = std::floor(time / means.window() + kTolerance);
-  if (!(std::abs(index) <= kMaxIndex)) return;
-  if (static_cast<std::int64_t>(index) < state->next_update) return;
-  state->next_update = static_cast<std::int64_t>(index) + 1;
+  const std::optional<std::int64_t> window = means.FindWindow(time);
+  if (!window || *window < state->next_update) return;
+  state->next_update = *window + 1;
   const FilterInput input = state->mean_input();
   filter.Update(input.sensed, input.velocity, input.motion, input.contact,
                 &state->filter);
