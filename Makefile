@@ -43,16 +43,16 @@ lint: build  ## Check warnings, formatting, style, types and stubs; change nothi
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/python cmake/generate_stubs.py --check plugin/dual_proxy/_core.pyi
-	$(BIN)/python cmake/generate_parameters_page.py --check docs/parameters.md
+	$(BIN)/python cmake/generate_reference_page.py --check docs/reference.md
 
 format: $(READY)  ## Format C++ and Python in place
 	$(BIN)/clang-format -i $(CPP_FILES)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-stubs: build  ## Regenerate _core.pyi and docs/parameters.md from the bindings
+stubs: build  ## Regenerate _core.pyi and docs/reference.md from the bindings
 	$(BIN)/python cmake/generate_stubs.py plugin/dual_proxy/_core.pyi
-	$(BIN)/python cmake/generate_parameters_page.py docs/parameters.md
+	$(BIN)/python cmake/generate_reference_page.py docs/reference.md
 
 figures: build  ## Print the tables of README and docs, draw the README's picture
 	$(BIN)/python benchmarks/plane.py --picture docs/images/plane.png

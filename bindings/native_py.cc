@@ -19,24 +19,8 @@
 #include <drake/systems/framework/diagram_builder.h>
 #include <pybind11/stl.h>
 
-#include "dual_proxy/common/window_mean_system.h"
-#include "dual_proxy/control/arm_kinematics_system.h"
-#include "dual_proxy/control/haptic_controller_system.h"
-#include "dual_proxy/control/operational_space_controller_system.h"
-#include "dual_proxy/experiment/teleop_loop_params.h"
-#include "dual_proxy/link/communication_channel_system.h"
-#include "dual_proxy/link/pose_sender_system.h"
-#include "dual_proxy/perception/contact_history_system.h"
-#include "dual_proxy/perception/force_space_particle_filter_system.h"
-#include "dual_proxy/proxy/haptic_side_proxy_system.h"
-#include "dual_proxy/proxy/robot_side_proxy_system.h"
-#include "dual_proxy/sides/haptic_side_system.h"
-#include "dual_proxy/sides/robot_side_system.h"
-#include "dual_proxy/simulation/force_torque_sensor_system.h"
-#include "dual_proxy/simulation/simulated_haptic_device_system.h"
+#include "dual_proxy/faces/block_system.h"
 #include "dual_proxy/station/contact_truth_system.h"
-#include "dual_proxy/station/sensor_reaction_system.h"
-#include "dual_proxy/station/teleop_loop_system.h"
 #include "messages.h"
 #include "params.h"
 
@@ -91,15 +75,6 @@ template <typename S, typename... Args>
 void Add(const py::object& builder, const std::string& name, Args&&... args) {
   FromPydrake<DiagramBuilder<double>>(builder, "builder")
       ->AddNamedSystem(name, std::make_unique<S>(std::forward<Args>(args)...));
-}
-
-// Binds add_<face> for a system that is made from its params alone.
-template <typename S, typename Params>
-void AddFace(py::module_& m, const std::string& face) {
-  m.def(("add_" + face).c_str(),
-        [](const py::object& builder, const std::string& name,
-           const Params& params) { Add<S>(builder, name, params); },
-        py::arg("builder"), py::arg("name"), py::arg("params"));
 }
 
 // Messages in AbstractValues.
@@ -205,123 +180,14 @@ PYBIND11_MODULE(_native, m) {
       py::arg("builder"), py::arg("name"), py::arg("value"),
       "Adds a system whose one output port has the C++ type for `value`.");
 
-  AddFace<PoseSenderSystem, PoseSenderParams>(m, "PoseSender");
-  AddFace<RobotSideProxySystem, RobotSideProxyParams>(m, "RobotSideProxy");
-  AddFace<HapticSideProxySystem, HapticSideProxyParams>(m, "HapticSideProxy");
-  AddFace<HapticControllerSystem, HapticControllerParams>(m,
-                                                          "HapticController");
-  AddFace<ContactHistorySystem, ContactHistoryParams>(m, "ContactHistory");
   m.def(
-      "add_CommunicationChannel",
+      "add_block",
       [](const py::object& builder, const std::string& name,
-         const CommunicationChannelParams& params, std::uint64_t seed,
-         double rate, double period, MessageTag tag, bool counted) {
-        Add<CommunicationChannelSystem>(builder, name, params, seed, rate,
-                                        period, counted, tag);
+         const std::shared_ptr<Block>& block) {
+        Add<BlockSystem>(builder, name, block);
       },
-      py::arg("builder"), py::arg("name"), py::arg("params"), py::arg("seed"),
-      py::arg("rate"), py::arg("period"), py::arg("tag"), py::arg("counted"));
-  m.def(
-      "add_ForceSpaceParticleFilter",
-      [](const py::object& builder, const std::string& name,
-         const ForceSpaceParticleFilterParams& params, std::uint64_t seed) {
-        Add<ForceSpaceParticleFilterSystem>(builder, name, params, seed);
-      },
-      py::arg("builder"), py::arg("name"), py::arg("params"), py::arg("seed"));
-  m.def(
-      "add_WindowMean",
-      [](const py::object& builder, const std::string& name, double window,
-         double period) {
-        Add<WindowMeanSystem>(builder, name, window, period);
-      },
-      py::arg("builder"), py::arg("name"), py::arg("window"),
-      py::arg("period"));
-  m.def(
-      "add_ArmKinematics",
-      [](const py::object& builder, const std::string& name,
-         const ArmModelParams& arm) {
-        Add<ArmKinematicsSystem>(builder, name, arm);
-      },
-      py::arg("builder"), py::arg("name"), py::arg("arm"));
-  m.def(
-      "add_OperationalSpaceController",
-      [](const py::object& builder, const std::string& name,
-         const OperationalSpaceControllerParams& params,
-         const ArmModelParams& arm) {
-        Add<OperationalSpaceControllerSystem>(builder, name, params, arm);
-      },
-      py::arg("builder"), py::arg("name"), py::arg("params"), py::arg("arm"));
-  m.def(
-      "add_ForceTorqueSensor",
-      [](const py::object& builder, const std::string& name,
-         const ForceTorqueSensorParams& params, const py::object& p_SE,
-         std::uint64_t seed) {
-        Add<ForceTorqueSensorSystem>(builder, name, params,
-                                     AsFixed<Vector3d>(p_SE, "p_SE"), seed);
-      },
-      py::arg("builder"), py::arg("name"), py::arg("params"), py::arg("p_SE"),
-      py::arg("seed"));
-  m.def(
-      "add_SimulatedHapticDevice",
-      [](const py::object& builder, const std::string& name,
-         const OperatorPath& path, const SimulatedHapticDeviceParams& params) {
-        Add<SimulatedHapticDeviceSystem>(builder, name, path.params(), params);
-      },
-      py::arg("builder"), py::arg("name"), py::arg("path"), py::arg("params"));
-  m.def(
-      "add_RobotSide",
-      [](const py::object& builder, const std::string& name,
-         const RobotSideParams& params, const ArmModelParams& arm,
-         const std::optional<py::object>& q_start,
-         const std::optional<ForceTorqueSensorParams>& sensor,
-         const py::object& p_SE, std::uint64_t seed, std::uint64_t filter_seed,
-         std::uint64_t angular_filter_seed) {
-        std::optional<Vector7> q;
-        if (q_start) q = AsFixed<Vector7>(*q_start, "q_start");
-        std::optional<RobotSideSensor> simulated;
-        if (sensor) {
-          simulated = {.params = *sensor,
-                       .p_SE = AsFixed<Vector3d>(p_SE, "p_SE"),
-                       .seed = seed};
-        }
-        Add<RobotSideSystem>(builder, name, params, arm, q, simulated,
-                             RobotSideSeeds{filter_seed, angular_filter_seed});
-      },
-      py::arg("builder"), py::arg("name"), py::arg("params"), py::arg("arm"),
-      py::arg("q_start"), py::arg("sensor"), py::arg("p_SE"), py::arg("seed"),
-      py::arg("filter_seed"), py::arg("angular_filter_seed"));
-  m.def(
-      "add_TeleopLoop",
-      [](const py::object& builder, const std::string& name,
-         const Scenario& scenario, const ArmModelParams& arm, int sensor_joint,
-         const std::optional<py::object>& q_start) {
-        std::optional<Vector7> q;
-        if (q_start) q = AsFixed<Vector7>(*q_start, "q_start");
-        Add<TeleopLoopSystem>(builder, name,
-                              MakeTeleopLoopParams(scenario, arm),
-                              drake::multibody::JointIndex(sensor_joint), q);
-      },
-      py::arg("builder"), py::arg("name"), py::arg("scenario"), py::arg("arm"),
-      py::arg("sensor_joint"), py::arg("q_start"));
-  m.def(
-      "add_HapticSide",
-      [](const py::object& builder, const std::string& name,
-         const HapticSideParams& params,
-         const std::optional<SimulatedHapticDeviceParams>& device,
-         const std::optional<OperatorPath>& path) {
-        std::optional<HapticSideDevice> simulated;
-        if (device) simulated = {.params = *device, .path = path->params()};
-        Add<HapticSideSystem>(builder, name, params, simulated);
-      },
-      py::arg("builder"), py::arg("name"), py::arg("params"), py::arg("device"),
-      py::arg("path"));
-  m.def(
-      "add_SensorReaction",
-      [](const py::object& builder, const std::string& name, int sensor_joint) {
-        Add<SensorReactionSystem>(builder, name,
-                                  drake::multibody::JointIndex(sensor_joint));
-      },
-      py::arg("builder"), py::arg("name"), py::arg("sensor_joint"));
+      py::arg("builder"), py::arg("name"), py::arg("block"),
+      "Adds a `_core._Block` as a C++ system.");
   m.def(
       "add_ContactTruthSystem",
       [](const py::object& builder, const std::string& name, int tool_body,

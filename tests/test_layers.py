@@ -18,13 +18,9 @@ LAYERS = {
     "sides": "systems",
     "simulation": "systems",
     "loop": "systems",
+    "faces": "systems",
     "experiment": "plugin",
     "station": "plugin",
-}
-# The sides' faces may hold the simulated hardware, which saves Drake's events.
-EXCEPTIONS = {
-    ("sides/robot_side_system.h", "simulation"),
-    ("sides/haptic_side_system.h", "simulation"),
 }
 INCLUDE = re.compile(r'^#include "dual_proxy/(\w+)/', re.MULTILINE)
 
@@ -38,13 +34,12 @@ def sources(layer):
 def test_includes_point_down(layer):
     order = list(LAYERS)
     below = order[: order.index(layer) + 1]
-    wrong = [
+    assert not [
         (f"{layer}/{path.name}", included)
         for path in sources(layer)
         for included in INCLUDE.findall(path.read_text("utf-8"))
         if included not in below
     ]
-    assert not set(wrong) - EXCEPTIONS
 
 
 def test_no_scheme_knows_another():
@@ -57,3 +52,12 @@ def test_no_scheme_knows_another():
 def test_every_folder_is_a_layer():
     folders = {p.parent.name for p in ROOT.glob("systems/*/CMakeLists.txt")}
     assert folders == {name for name, root in LAYERS.items() if root == "systems"}
+
+
+def test_only_faces_and_station_include_drake():
+    """And so all else compiles without it."""
+    for layer in LAYERS:
+        if layer in ("faces", "station"):
+            continue
+        for path in sources(layer):
+            assert "#include <drake/" not in path.read_text("utf-8"), path

@@ -5967,72 +5967,6 @@ class Scenario:
         """
         Whether the scheme has use for what perception finds.
         """
-class _TeleopLoopState:
-    """
-    Memory of a TeleopLoop; never changed.
-    """
-    def __copy__(self) -> _TeleopLoopState:
-        ...
-    def __deepcopy__(self, arg0: typing.Any) -> typing.Any:
-        ...
-    @property
-    def angular_filter(self) -> ForceSpaceParticleFilterState:
-        """
-        The angular filter's. A copy.
-        """
-    @property
-    def device_pose(self) -> Pose:
-        """
-        X_DH.
-        """
-    @property
-    def device_wrench(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
-        """
-        (6,) [force; moment] on the hand, N, N m, in D.
-        """
-    @property
-    def filter(self) -> ForceSpaceParticleFilterState:
-        """
-        ForceSpaceParticleFilterState. A copy.
-        """
-    @property
-    def sensed_wrench(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
-        """
-        (6,) [force; moment], N, N m, in B.
-        """
-    @property
-    def torque(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 1]"]:
-        """
-        (7,), N m, commanded.
-        """
-class _TeleopLoop:
-    """
-    Everything that happens in a control period of a scenario; see loop/teleop_loop.h.
-    """
-    def __init__(self, scenario: Scenario, arm: ArmModelParams) -> None:
-        ...
-    def holding_torque(self, q: typing.Any) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 1]"]:
-        """
-        (7,), N m: what holds the arm at rest.
-        """
-    def make_state(self) -> _TeleopLoopState:
-        ...
-    def step(self, time: typing.SupportsFloat | typing.SupportsIndex, state: _TeleopLoopState, robot_state: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], force: typing.Any, moment: typing.Any, torque: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], signals: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> _TeleopLoopState:
-        """
-        Returns the state after the period at `time`, and writes to `torque`, (7,), N m, and
-        `signals`, by `layout`. robot_state: (14,), [q; v]. force, moment: (3,) each, the reaction
-        of the arm on the tool in S, or None.
-        """
-    @property
-    def layout(self) -> dict:
-        """
-        {signal: slice} of the vector that `step` fills.
-        """
-    @property
-    def period(self) -> float:
-        """
-        s
-        """
 class _BareEngine:
     """
     Runs a scenario without Drake; see experiment/bare_engine.h.
@@ -6053,6 +5987,107 @@ class _BareEngine:
         """
         The log so far, a _RunLogStore.
         """
+class _Port:
+    """
+    What is known of a port of a block.
+    """
+    @property
+    def after_start(self) -> bool:
+        """
+        of an input: at time 0 there is nothing
+        """
+    @property
+    def direct(self) -> list[str]:
+        """
+        of an output: the inputs that it reads
+        """
+    @property
+    def joint(self) -> int:
+        """
+        of a reaction
+        """
+    @property
+    def meaning(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def required(self) -> bool:
+        """
+        of an input
+        """
+    @property
+    def size(self) -> int:
+        """
+        of a vector
+        """
+    @property
+    def tag(self) -> int:
+        """
+        of messages
+        """
+    @property
+    def timed(self) -> bool:
+        """
+        of an output: it changes with time
+        """
+    @property
+    def type(self) -> str:
+        """
+        vector, pose, message, normals or reaction
+        """
+class _BlockMemory:
+    """
+    What a block remembers; never changed.
+    """
+    def __copy__(self) -> _BlockMemory:
+        ...
+    def __deepcopy__(self, arg0: typing.Any) -> typing.Any:
+        ...
+class _Block:
+    """
+    An algorithm as a block of a block diagram; see systems/faces/block.h.
+    """
+    def read(self, index: typing.SupportsInt | typing.SupportsIndex, time: typing.SupportsFloat | typing.SupportsIndex, memory: _BlockMemory, values: collections.abc.Mapping[str, typing.Any]) -> typing.Any:
+        """
+        The value of an output port. values: of the inputs that it reads.
+        """
+    def step(self, time: typing.SupportsFloat | typing.SupportsIndex, before: _BlockMemory, values: list, arrays: list) -> _BlockMemory:
+        """
+        The memory after a step. values: of the input ports; arrays: to be filled with the
+        values of the output ports, of vectors, None for those that are not wanted; or [].
+        """
+    @property
+    def feedthrough(self) -> bool:
+        ...
+    @property
+    def inputs(self) -> list[_Port]:
+        ...
+    @property
+    def layout(self) -> dict:
+        """
+        {signal: slice} of its port `signals`, if it has one.
+        """
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def offset(self) -> float:
+        """
+        s, of the first step
+        """
+    @property
+    def outputs(self) -> list[_Port]:
+        ...
+    @property
+    def period(self) -> float:
+        """
+        s; 0: it has no memory
+        """
+    @property
+    def start(self) -> _BlockMemory:
+        ...
 class _RunLogStore:
     """
     Takes the rows of a log while they are made; see the C++ header.
@@ -6341,6 +6376,42 @@ def _describe_broken_limits(time: typing.Annotated[numpy.typing.ArrayLike, numpy
     A text for each limit of the arm that was broken; the arguments are those of
     `_compute_metrics`.
     """
+def _example_blocks() -> list[_Block]:
+    """
+    See MakeExampleBlocks().
+    """
+def _make_ArmKinematics(arg0: ArmModelParams) -> _Block:
+    ...
+def _make_CommunicationChannel(arg0: CommunicationChannelParams, arg1: typing.SupportsInt | typing.SupportsIndex, arg2: typing.SupportsFloat | typing.SupportsIndex, arg3: typing.SupportsFloat | typing.SupportsIndex, arg4: bool, arg5: typing.SupportsInt | typing.SupportsIndex) -> _Block:
+    ...
+def _make_ContactHistory(arg0: ContactHistoryParams) -> _Block:
+    ...
+def _make_ForceSpaceParticleFilter(arg0: ForceSpaceParticleFilterParams, arg1: typing.SupportsInt | typing.SupportsIndex) -> _Block:
+    ...
+def _make_ForceTorqueSensor(arg0: ForceTorqueSensorParams, arg1: typing.Any, arg2: typing.SupportsInt | typing.SupportsIndex) -> _Block:
+    ...
+def _make_HapticController(arg0: HapticControllerParams) -> _Block:
+    ...
+def _make_HapticSide(arg0: HapticSideParams, arg1: SimulatedHapticDeviceParams | None, arg2: OperatorPath | None) -> _Block:
+    ...
+def _make_HapticSideProxy(arg0: HapticSideProxyParams) -> _Block:
+    ...
+def _make_OperationalSpaceController(arg0: OperationalSpaceControllerParams, arg1: ArmModelParams) -> _Block:
+    ...
+def _make_PoseSender(arg0: PoseSenderParams) -> _Block:
+    ...
+def _make_RobotSide(arg0: RobotSideParams, arg1: ArmModelParams, arg2: typing.Any, arg3: ForceTorqueSensorParams | None, arg4: typing.Any, arg5: typing.SupportsInt | typing.SupportsIndex, arg6: typing.SupportsInt | typing.SupportsIndex, arg7: typing.SupportsInt | typing.SupportsIndex) -> _Block:
+    ...
+def _make_RobotSideProxy(arg0: RobotSideProxyParams) -> _Block:
+    ...
+def _make_SensorReaction(arg0: typing.SupportsInt | typing.SupportsIndex) -> _Block:
+    ...
+def _make_SimulatedHapticDevice(arg0: OperatorPath, arg1: SimulatedHapticDeviceParams) -> _Block:
+    ...
+def _make_TeleopLoop(arg0: Scenario, arg1: ArmModelParams, arg2: typing.SupportsInt | typing.SupportsIndex, arg3: typing.Any) -> _Block:
+    ...
+def _make_WindowMean(arg0: typing.SupportsFloat | typing.SupportsIndex, arg1: typing.SupportsFloat | typing.SupportsIndex) -> _Block:
+    ...
 def _map_device_positions(map: WorkspaceMapParams, x_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
     (n, 3), m, from D to B.

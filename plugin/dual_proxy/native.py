@@ -73,10 +73,11 @@ def native_module() -> Any:
 class NativeTwin:
     """A mixin of pydrake systems that have a C++ system of the same name.
 
-    The constructor checks its arguments, for both, and leaves in
-    `_native_arguments` what the C++ system is made from.
+    The constructor checks its arguments, for both, and leaves what adds the C++
+    system, and what that is made from.
     """
 
+    _native_name: str
     _native_arguments: dict[str, Any]
 
     @classmethod
@@ -106,6 +107,6 @@ class NativeTwin:
     def _join(self, builder: Any, name: str) -> Any:
         if not native_in_use():
             return builder.AddNamedSystem(name, self)
-        add = getattr(native_module(), f"add_{type(self).__name__}")
+        add = getattr(native_module(), f"add_{self._native_name}")
         add(builder, name, **self._native_arguments)
         return builder.GetSubsystemByName(name)

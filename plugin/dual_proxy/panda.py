@@ -29,7 +29,6 @@ import dual_proxy._pydrake  # noqa: F401
 # isort: split
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.common.value import Value
 from pydrake.geometry import (
     AddContactMaterial,
     Box,
@@ -61,11 +60,8 @@ from pydrake.multibody.tree import (
 )
 from pydrake.solvers import Solve
 from pydrake.systems.framework import (
-    BasicVector,
-    Context,
     DiagramBuilder,
     InputPort,
-    LeafSystem,
     OutputPort,
 )
 
@@ -76,7 +72,6 @@ from dual_proxy._core import (
     _ContactTruth,
     _single_contact_truth,
 )
-from dual_proxy.native import NativeTwin
 from dual_proxy.panda_params import (
     CORNER_RADIUS,
     TIP_RADIUS,
@@ -99,7 +94,6 @@ __all__ = [
     "PandaScene",
     "PandaTerms",
     "RotationTruth",
-    "SensorReaction",
     "add_panda_scene",
     "box_pose",
     "contact_truth",
@@ -383,33 +377,6 @@ def sensor_reaction(forces: Sequence[SpatialForce], sensor_joint: int) -> Vector
     wrench[:3] = force.translational()
     wrench[3:] = force.rotational()
     return wrench
-
-
-class SensorReaction(NativeTwin, LeafSystem):
-    """`sensor_reaction` as a system without state.
-
-    @system
-    name: SensorReaction
-    input_ports:
-    - reaction_forces   # abstract, list of SpatialForce, of the plant
-    output_ports:
-    - reaction          # 6, [force; moment], N and N m, in S, arm on tool
-    @endsystem
-    """
-
-    def __init__(self, sensor_joint: int) -> None:
-        super().__init__()
-        self._sensor_joint = sensor_joint
-        self._native_arguments = {"sensor_joint": sensor_joint}
-        self._input = self.DeclareAbstractInputPort(
-            "reaction_forces", Value[list[SpatialForce]]()
-        )
-        self.DeclareVectorOutputPort("reaction", 6, self._calc, {self._input.ticket()})
-
-    def _calc(self, context: Context, output: BasicVector) -> None:
-        forces: Any = self._input.Eval(context)
-        wrench: Any = sensor_reaction(forces, self._sensor_joint)
-        output.SetFromVector(wrench)
 
 
 class ContactTruth(NamedTuple):

@@ -40,7 +40,6 @@ from dual_proxy.log import make_frame
 from dual_proxy.native import NativeTwin
 from dual_proxy.panda import (
     PandaModel,
-    SensorReaction,
     add_panda_scene,
     p_SE_S,
     read_contacts,
@@ -51,6 +50,7 @@ from dual_proxy.systems import (
     CommunicationChannel,
     HapticSide,
     RobotSide,
+    SensorReaction,
     TeleopLoop,
 )
 
@@ -71,6 +71,7 @@ class ContactTruthSystem(NativeTwin, LeafSystem):
         super().__init__()
         self._tool_body = tool_body
         self._rotations = rotations
+        self._native_name = "ContactTruthSystem"
         self._native_arguments = {"tool_body": int(tool_body), "rotations": rotations}
         self._results = self.DeclareAbstractInputPort(
             "contact_results", Value[ContactResults]()

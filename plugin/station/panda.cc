@@ -16,7 +16,7 @@
 #include <drake/multibody/tree/weld_joint.h>
 #include <drake/solvers/solve.h>
 
-#include "dual_proxy/common/face.h"
+#include "dual_proxy/faces/block_system.h"
 #include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {

@@ -13,13 +13,9 @@
 #include <drake/systems/primitives/multiplexer.h>
 
 #include "dual_proxy/experiment/teleop_loop_params.h"
-#include "dual_proxy/link/communication_channel_system.h"
+#include "dual_proxy/faces/systems.h"
 #include "dual_proxy/loop/loop_signals.h"
-#include "dual_proxy/sides/haptic_side_system.h"
-#include "dual_proxy/sides/robot_side_system.h"
 #include "dual_proxy/station/contact_truth_system.h"
-#include "dual_proxy/station/sensor_reaction_system.h"
-#include "dual_proxy/station/teleop_loop_system.h"
 
 namespace dual_proxy {
 
@@ -114,12 +110,12 @@ class StationBuilder {
         Add<TeleopLoopSystem>("loop", MakeTeleopLoopParams(scenario_, arm_),
                               scene_->sensor_joint, q_start_);
     builder_.Connect(scene_->get_state_output_port(),
-                     loop->get_robot_state_input_port());
+                     loop->GetInputPort("robot_state"));
     builder_.Connect(scene_->get_reaction_forces_output_port(),
-                     loop->get_reaction_forces_input_port());
-    builder_.Connect(loop->get_torque_output_port(),
+                     loop->GetInputPort("reaction_forces"));
+    builder_.Connect(loop->GetOutputPort("torque"),
                      scene_->get_actuation_input_port());
-    Log(loop->get_signals_output_port(), loop->loop().layout());
+    Log(loop->GetOutputPort("signals"), loop->block().layout());
     Export(*loop, {"sensed_wrench", "torque", "device_pose", "device_wrench"});
     ExportSelections(*loop);
   }
@@ -141,27 +137,27 @@ class StationBuilder {
         HapticSideDevice{.params = scenario_.device,
                          .path = CalcHandlePath(scenario_)});
     builder_.Connect(scene_->get_state_output_port(),
-                     robot_side->get_robot_state_input_port());
+                     robot_side->GetInputPort("robot_state"));
     builder_.Connect(scene_->get_reaction_forces_output_port(),
-                     reaction->get_reaction_forces_input_port());
-    builder_.Connect(reaction->get_reaction_output_port(),
-                     robot_side->get_reaction_input_port());
-    builder_.Connect(robot_side->get_torque_output_port(),
+                     reaction->GetInputPort("reaction_forces"));
+    builder_.Connect(reaction->GetOutputPort("reaction"),
+                     robot_side->GetInputPort("reaction"));
+    builder_.Connect(robot_side->GetOutputPort("torque"),
                      scene_->get_actuation_input_port());
-    Log(haptic_side->get_signals_output_port(), haptic_side->side().layout());
-    Log(haptic_side->get_device_bad_inputs_output_port(),
+    Log(haptic_side->GetOutputPort("signals"), haptic_side->block().layout());
+    Log(haptic_side->GetOutputPort("device_bad_inputs"),
         MakeLayout(VisitDevice, SimulatedHapticDeviceState()));
-    Log(robot_side->get_signals_output_port(), robot_side->side().layout());
-    Log(robot_side->get_sensor_counters_output_port(),
+    Log(robot_side->GetOutputPort("signals"), robot_side->block().layout());
+    Log(robot_side->GetOutputPort("sensor_counters"),
         MakeLayout(VisitSensor, ForceTorqueSensorState()));
     AddChannel("to_robot", Direction::kToRobot, Stream::kToRobot,
                ToRobotTag(scenario_.scheme),
-               haptic_side->get_message_output_port(),
-               robot_side->get_haptic_message_input_port());
+               haptic_side->GetOutputPort("message"),
+               robot_side->GetInputPort("haptic_message"));
     AddChannel("to_device", Direction::kToDevice, Stream::kToDevice,
                ToDeviceTag(scenario_.scheme),
-               robot_side->get_message_output_port(),
-               haptic_side->get_robot_message_input_port());
+               robot_side->GetOutputPort("message"),
+               haptic_side->GetInputPort("robot_message"));
     Export(*robot_side, {"sensed_wrench", "torque"});
     Export(*haptic_side, {"device_pose", "device_wrench"});
     ExportSelections(*robot_side);
@@ -174,9 +170,9 @@ class StationBuilder {
     auto* channel = Add<CommunicationChannelSystem>(
         name, link.channel, scenario_.CalcSeed(seed), link.rate(),
         scenario_.control_period, true, tag);
-    builder_.Connect(from, channel->get_message_input_port());
-    builder_.Connect(channel->get_message_output_port(), to);
-    Log(channel->get_counters_output_port(),
+    builder_.Connect(from, channel->GetInputPort("message"));
+    builder_.Connect(channel->GetOutputPort("message"), to);
+    Log(channel->GetOutputPort("counters"),
         MakeLayout(VisitChannel, direction,
                    CommunicationChannel(link.channel).MakeState(0)));
   }

@@ -7,7 +7,7 @@
 #include <drake/systems/primitives/constant_vector_source.h>
 #include <Eigen/Core>
 
-#include "dual_proxy/perception/force_space_particle_filter_system.h"
+#include "dual_proxy/faces/systems.h"
 
 int main() {
   drake::systems::DiagramBuilder<double> builder;
@@ -17,18 +17,18 @@ int main() {
   const auto* filter =
       builder.AddSystem<dual_proxy::ForceSpaceParticleFilterSystem>();
   builder.Connect(force->get_output_port(),
-                  filter->get_sensed_force_input_port());
+                  filter->GetInputPort("sensed_force"));
   builder.Connect(force->get_output_port(),
-                  filter->get_motion_force_input_port());
+                  filter->GetInputPort("motion_force"));
   const auto diagram = builder.Build();
 
   drake::systems::Simulator<double> simulator(*diagram);
   simulator.AdvanceTo(1.0);
 
   const auto& context = filter->GetMyContextFromRoot(simulator.get_context());
-  const double dimension = filter->get_dimension_output_port().Eval(context)[0];
+  const double dimension = filter->GetOutputPort("dimension").Eval(context)[0];
   const Eigen::Vector3d normal =
-      filter->get_force_direction_output_port().Eval(context);
+      filter->GetOutputPort("force_direction").Eval(context);
   std::printf("dimension %.0f, normal %.2f %.2f %.2f\n", dimension, normal[0],
               normal[1], normal[2]);
   return dimension == 1 && normal[2] < -0.99 ? 0 : 1;

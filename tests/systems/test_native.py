@@ -57,7 +57,7 @@ def test_errors_say_what_to_do(monkeypatch):
 @pytest.mark.parametrize("choice", ["python", "auto"])
 def test_bad_arguments_are_errors_of_the_class_for_both(choice, monkeypatch):
     monkeypatch.setenv("DUAL_PROXY_FACES", choice)
-    with pytest.raises(ValueError, match=r"WindowMean: `period` .* got 0"):
+    with pytest.raises(ValueError, match=r"WindowMean: field `period` .* got 0"):
         systems.WindowMean.add_to(DiagramBuilder(), period=0.0)
 
 
@@ -66,7 +66,7 @@ def test_only_what_pydrake_made_is_taken():
     module = native.native_module()
     for wrong in ("builder", None, _core.PoseMessage()):
         with pytest.raises(TypeError, match="`builder` expected a pydrake"):
-            module.add_PoseSender(wrong, "sender", _core.PoseSenderParams())
+            module.add_block(wrong, "sender", systems.PoseSender()._block)
 
 
 @pytest.mark.parametrize("choice", ["python", "auto"])

@@ -12,7 +12,7 @@ from pydrake.systems.primitives import Demultiplexer, LogVectorOutput, ZeroOrder
 from dual_proxy import _core, systems
 from dual_proxy.log import signal
 from dual_proxy.native import NativeTwin
-from dual_proxy.panda import PandaModel, SensorReaction, add_panda_scene, p_SE_S
+from dual_proxy.panda import PandaModel, add_panda_scene, p_SE_S
 from dual_proxy.scenario import SCHEMES, load_scenario
 from dual_proxy.station import WIRINGS, build_station
 
@@ -91,7 +91,7 @@ class Separate:
         )
         self.start_torque = -model.calc(q_start, np.zeros(7)).gravity
         scene = add_panda_scene(builder, params, q_start)
-        reaction = self.add(SensorReaction(scene.sensor_joint))
+        reaction = self.add(systems.SensorReaction(scene.sensor_joint))
         sensor = self.add(
             systems.ForceTorqueSensor(
                 scenario.sensor, p_SE_S, scenario.calc_seed("sensor")

@@ -13,7 +13,6 @@ Systems of your own that take or give messages use `make_value`, `set_value` and
 """
 
 import dual_proxy._pydrake  # noqa: F401
-from dual_proxy.systems._face import LINK_STATUS_FIELDS
 from dual_proxy.systems._values import get_value, make_value, set_value
 from dual_proxy.systems.control import (
     ArmKinematics,
@@ -27,9 +26,17 @@ from dual_proxy.systems.perception import (
     ForceSpaceParticleFilter,
     WindowMean,
 )
-from dual_proxy.systems.proxy import HapticSideProxy, RobotSideProxy
+from dual_proxy.systems.proxy import (
+    LINK_STATUS_FIELDS,
+    HapticSideProxy,
+    RobotSideProxy,
+)
 from dual_proxy.systems.sides import HapticSide, RobotSide
-from dual_proxy.systems.simulation import ForceTorqueSensor, SimulatedHapticDevice
+from dual_proxy.systems.simulation import (
+    ForceTorqueSensor,
+    SensorReaction,
+    SimulatedHapticDevice,
+)
 
 __all__ = [
     "LINK_STATUS_FIELDS",
@@ -45,6 +52,7 @@ __all__ = [
     "PoseSender",
     "RobotSide",
     "RobotSideProxy",
+    "SensorReaction",
     "SimulatedHapticDevice",
     "TeleopLoop",
     "WindowMean",

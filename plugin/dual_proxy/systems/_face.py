@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the pydrake faces share: where an algorithm's state lives and when it
-steps."""
+"""The pydrake LeafSystem of every algorithm: one class around a block, which has
+the ports, the memory and the step (`systems/faces/block.h`)."""
 
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Callable
-from copy import copy
 from functools import cache
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.math import SpatialForce
 from pydrake.systems.framework import EventStatus, LeafSystem, ValueProducer
 
 from dual_proxy import _core
@@ -25,75 +26,17 @@ Vector = NDArray[np.float64]
 # ports plain objects: what passes between Drake and a face goes by these names.
 Context: TypeAlias = Any
 State: TypeAlias = Any
-InputPort: TypeAlias = Any
 Output: TypeAlias = Any
-
-#: Elements of every `link_status` port: status (0 waiting, 1 connected, 2
-#: lost), age of the message in use (s), messages received, dropped (stale or
-#: out of order), sequence numbers skipped, latency spikes, times lost.
-LINK_STATUS_FIELDS = (
-    "status",
-    "age",
-    "received",
-    "dropped",
-    "gaps",
-    "spikes",
-    "losses",
-)
-
-
-def link_status(monitor: Any) -> list[float]:
-    """Returns the elements of a `link_status` port from a LinkMonitorState."""
-    return [float(getattr(monitor, field)) for field in LINK_STATUS_FIELDS]
-
-
-@cache
-def _zeros(size: int) -> Vector:
-    zeros = np.zeros(size)
-    zeros.setflags(write=False)
-    return zeros
-
 
 # When a face that has not stepped has stepped last.
 _NEVER: Any = np.array([-math.inf])
 
 
-class Memory:
-    """An algorithm's state as a value in a Context.
-
-    What is in a Context is never changed: a step works on a copy and puts that
-    in its place. So Contexts share it, and Drake, which copies the state of the
-    whole diagram for every unrestricted update, copies a reference.
-    """
-
-    __slots__ = ("state",)
-
-    def __init__(self, state: Any) -> None:
-        self.state = state
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Memory:
-        return self
-
-
-class Stepped:
-    """The state of an algorithm that returns its output instead of keeping it,
-    with that output (None before the first step)."""
-
-    __slots__ = ("output", "state")
-
-    def __init__(self, state: Any, output: Any = None) -> None:
-        self.state = state
-        self.output = output
-
-    def __copy__(self) -> Stepped:
-        return Stepped(copy(self.state), self.output)
-
-
 class Face(NativeTwin, LeafSystem):
-    """A system around one algorithm; it owns no mathematics.
+    """A block as a system; it owns no mathematics.
 
-    The algorithm's state is abstract state of the Context, so a diagram can be
-    reset, cloned and run again with the same bits. It steps every `period`.
+    Its memory is abstract state of the Context, so a diagram can be reset,
+    cloned and run again with the same bits. It steps every `period`.
 
     With feedthrough, an output at time t is what the step at t gives, from the
     inputs at t: faces in a row all act on one tick's measurements, as the
@@ -106,34 +49,81 @@ class Face(NativeTwin, LeafSystem):
     Without feedthrough, an output is that of the last step.
 
     An input that is not finite is no error here: it is handed to the algorithm,
-    which refuses it, counts it and goes to its safe output.
+    which refuses it, counts it and goes to its safe output. A required input
+    that is not connected is one, and so is a message of another kind: both are
+    found at the first step, and named with the system.
     """
 
-    def __init__(self, *, feedthrough: bool) -> None:
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        cls.__doc__ = (cls.__doc__ or "").replace("@ports", _describe(cls.__name__))
+
+    #: The output ports that are read in every period, None for all. Drake finds
+    #: these in discrete state, which a step fills; for the others it calls Python.
+    _often_read: tuple[str, ...] | None = None
+
+    def __init__(self, block: _core._Block) -> None:
         super().__init__()
-        self._feedthrough = feedthrough
+        self._block = block
+        self._native_name = "block"
+        self._native_arguments = {"block": block}
+        #: Of the port `signals`, if there is one: name -> slice.
+        self.layout = block.layout
+        self._readers = [self._declare_input(port) for port in block.inputs]
+        # Of each output port the discrete state that it shows, if it is one.
+        self._held: list[int | None] = []
+        self._declare_step()
+        for index, port in enumerate(block.outputs):
+            self._declare_output(index, port)
 
-    def _step(self, context: Context, state: Any) -> None:
-        """Reads the inputs and advances the algorithm's state in place."""
-        raise NotImplementedError
+    # Inputs.
 
-    def _declare_memory(
-        self, start: object, period: float, offset: float = 0.0
-    ) -> None:
-        """Declares the algorithm's state and its periodic step.
+    def _declare_input(self, info: _core._Port) -> Callable[[Context], Any]:
+        """Declares a port, and returns what reads it for the block."""
+        port: Any
+        if info.type == "vector":
+            port = self.DeclareVectorInputPort(info.name, info.size)
+            read: Callable[[Context], Any] = port.Eval
+        else:
+            port = self.DeclareAbstractInputPort(info.name, _model(info))
+            read = {
+                "pose": lambda context: _pair(port.Eval(context)),
+                "message": port.Eval,
+                "normals": port.Eval,
+                "reaction": lambda context: _reaction(port.Eval(context)[info.joint]),
+            }[info.type]
+        if info.after_start:
+            return lambda context: read(context) if context.get_time() > 0 else None
+        if info.required:
+            return read
+        return lambda context: read(context) if port.HasValue(context) else None
 
-        Called when all inputs are declared and before the outputs.
-        """
-        self._start = start
-        self._memory = self.DeclareAbstractState(AbstractValue.Make(Memory(start)))
-        self._held: list[tuple[int, int, Callable[[Any], ArrayLike]]] = []
-        self._prerequisites = {self.abstract_state_ticket(self._memory)}
-        if self._feedthrough:
+    def _step(self, context: Context, memory: Any, arrays: list[Any]) -> Any:
+        """Returns the memory after a step."""
+        values = [read(context) for read in self._readers]
+        try:
+            return self._block.step(context.get_time(), memory, values, arrays)
+        except TypeError as error:
+            who = self.get_name() or type(self).__name__
+            raise TypeError(f"{who}: {error}") from None
+
+    # Steps.
+
+    def _declare_step(self) -> None:
+        block = self._block
+        self._prerequisites = {self.nothing_ticket()}
+        if block.period == 0:
+            return
+        memory = self.DeclareAbstractState(AbstractValue.Make(block.start))
+        self._memory = int(memory)
+        self._prerequisites = {self.abstract_state_ticket(memory)}
+        self._stepped = None
+        if block.feedthrough:
             self._last_step = self.DeclareDiscreteState(_NEVER)
             stepped = self.DeclareCacheEntry(
-                "stepped state",
+                "stepped memory",
                 ValueProducer(
-                    allocate=lambda: AbstractValue.Make(start),
+                    allocate=lambda: AbstractValue.Make(block.start),
                     calc=self._calc_stepped,
                 ),
                 {
@@ -144,176 +134,107 @@ class Face(NativeTwin, LeafSystem):
             )
             self._stepped = stepped
             self._prerequisites = {stepped.ticket()}
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._advance)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            block.period, block.offset, self._advance
+        )
 
     def _calc_stepped(self, context: Context, value: Output) -> None:
-        state = context.get_abstract_state(int(self._memory)).get_value().state
+        memory = context.get_abstract_state(self._memory).get_value()
         last_step = context.get_discrete_state(int(self._last_step)).value()[0]
         if last_step != context.get_time():
-            state = copy(state)
-            self._step(context, state)
-        value.set_value(state)
+            memory = self._step(context, memory, [])
+        value.set_value(memory)
 
     def _advance(self, context: Context, state: State) -> EventStatus:
         memory = state.get_mutable_abstract_state(self._memory)
         outputs = state.get_mutable_discrete_state()
-        if self._feedthrough:
-            stepped: Any = self._stepped.Eval(context)
+        if self._stepped is not None:
+            after = self._stepped.Eval(context)
             outputs.set_value(int(self._last_step), [context.get_time()])
         else:
-            stepped = copy(memory.get_value().state)
-            self._step(context, stepped)
-            for index, size, read in self._held:
-                outputs.set_value(index, np.asarray(read(stepped)).reshape(size))
-        memory.set_value(Memory(stepped))
+            arrays = [
+                None if index is None else outputs.get_mutable_value(index)
+                for index in self._held
+            ]
+            after = self._step(context, memory.get_value(), arrays)
+        memory.set_value(after)
         return EventStatus.Succeeded()
 
+    # Outputs.
+
+    def _declare_output(self, index: int, info: _core._Port) -> None:
+        block = self._block
+        direct = {name: self.GetInputPort(name).get_index() for name in info.direct}
+
+        def read(context: Context) -> Any:
+            values = {name: self._readers[i](context) for name, i in direct.items()}
+            return block.read(index, context.get_time(), self._result(context), values)
+
+        if direct:
+            tickets = {self.input_port_ticket(i) for i in direct.values()}
+        else:
+            tickets = set(self._prerequisites)
+        if info.timed:
+            tickets.add(self.time_ticket())
+        self._held.append(None)
+        if info.type != "vector":
+            convert = (lambda X: rigid_transform(*X)) if info.type == "pose" else None
+
+            def calc(context: Context, output: Output) -> None:
+                value = read(context)
+                output.set_value(convert(value) if convert else value)
+
+            self.DeclareAbstractOutputPort(
+                info.name, lambda: _model(info), calc, tickets
+            )
+        elif direct or block.feedthrough or not self._is_held(info.name):
+
+            def calc_vector(context: Context, output: Output) -> None:
+                output.SetFromVector(read(context))
+
+            self.DeclareVectorOutputPort(info.name, info.size, calc_vector, tickets)
+        else:
+            start = block.read(index, 0.0, block.start, {})
+            held = self.DeclareDiscreteState(start)
+            self._held[-1] = int(held)
+            self.DeclareStateOutputPort(info.name, held)
+
+    def _is_held(self, name: str) -> bool:
+        return self._often_read is None or name in self._often_read
+
     def _result(self, context: Context) -> Any:
-        """Returns the algorithm's state that the outputs show."""
-        if self._feedthrough:
+        """Returns the memory that the outputs show."""
+        if self._block.period == 0:
+            return self._block.start
+        if self._stepped is not None:
             return self._stepped.Eval(context)
-        return context.get_abstract_state(int(self._memory)).get_value().state
-
-    def _declare_vector_output(
-        self, name: str, size: int, read: Callable[[Any], ArrayLike]
-    ) -> None:
-        if not self._feedthrough:
-            start: Any = np.asarray(read(self._start), dtype=np.float64)
-            held = self.DeclareDiscreteState(start.reshape(size))
-            self._held.append((int(held), size, read))
-            self.DeclareStateOutputPort(name, held)
-            return
-
-        def calc(context: Context, output: Output) -> None:
-            value = np.asarray(read(self._result(context)), dtype=np.float64)
-            output.SetFromVector(value.reshape(size))
-
-        self.DeclareVectorOutputPort(name, size, calc, self._prerequisites)
-
-    def _declare_pose_output(self, name: str, read: Callable[[Any], Any]) -> None:
-        """`read` returns an object with a position `p` and a rotation `R`."""
-
-        def calc(context: Context, output: Output) -> None:
-            pose = read(self._result(context))
-            output.set_value(rigid_transform(pose.p, pose.R))
-
-        self.DeclareAbstractOutputPort(
-            name, Value[RigidTransform], calc, self._prerequisites
-        )
-
-    def _declare_object_output(
-        self, name: str, model: object, read: Callable[[Any], object]
-    ) -> None:
-        def calc(context: Context, output: Output) -> None:
-            output.set_value(read(self._result(context)))
-
-        self.DeclareAbstractOutputPort(
-            name, lambda: AbstractValue.Make(model), calc, self._prerequisites
-        )
-
-    def _declare_pose_input(self, name: str) -> InputPort:
-        return self.DeclareAbstractInputPort(name, Value[RigidTransform]())
-
-    def _declare_object_input(self, name: str, model: object) -> InputPort:
-        return self.DeclareAbstractInputPort(name, AbstractValue.Make(model))
+        return context.get_abstract_state(self._memory).get_value()
 
 
-def matrix(port: InputPort, context: Context) -> Vector:
-    """Returns the 3x3 matrix of a row-major port, zero if not connected."""
-    return vector(port, context).reshape(3, 3)
+def _model(info: _core._Port) -> Any:
+    """Returns a value of the kind that a port carries."""
+    model: Any
+    if info.type == "pose":
+        return Value[RigidTransform]()
+    if info.type == "reaction":
+        return Value[list[SpatialForce]]()
+    if info.type == "normals":
+        return AbstractValue.Make(np.zeros((3, 0)))
+    if info.tag == _core.PoseMessage.TAG:
+        model = _core.PoseMessage()
+    elif info.tag == _core.ForceMessage.TAG:
+        model = _core.ForceMessage()
+    else:
+        model = _core.Message()
+    return AbstractValue.Make(model)
 
 
-def vector(port: InputPort, context: Context) -> Vector:
-    """Returns a vector port's value, zero if it is not connected."""
-    if not port.HasValue(context):
-        return _zeros(port.size())
-    value: Vector = port.Eval(context)
-    return value
-
-
-def flag(port: InputPort, context: Context, otherwise: bool) -> bool:
-    """Returns whether a port of size 1 holds more than 0.5; `otherwise` if it is
-    not connected."""
-    if not port.HasValue(context):
-        return otherwise
-    return bool(port.Eval(context)[0] > 0.5)
-
-
-def pose(port: InputPort, context: Context) -> tuple[Vector, Vector]:
-    """Returns position (3,) and rotation (3, 3) of a RigidTransform port."""
-    X = port.Eval(context)
+def _pair(X: Any) -> tuple[Vector, Vector]:
     return X.translation(), X.rotation().matrix()
 
 
-def _wrong(port: InputPort, expected: str, got: str) -> TypeError:
-    system = port.get_system()
-    return TypeError(
-        f"{system.get_name() or type(system).__name__}: input port "
-        f"`{port.get_name()}` expected {expected}, got {got}"
-    )
-
-
-def typed(port: InputPort, context: Context, kind: type) -> Any:
-    """Returns the value of an object port, which must be connected.
-
-    To Drake all Python objects are of one type: Connect takes any.
-
-    Raises
-    ------
-    TypeError
-        Naming system and port, if the value is not of that kind.
-    """
-    value = port.Eval(context)
-    if not isinstance(value, kind):
-        raise _wrong(port, kind.__name__, type(value).__name__)
-    return value
-
-
-def message(port: InputPort, context: Context, tag: int) -> Any:
-    """Returns the message at a port; the empty one if none has come, or it is not
-    connected.
-
-    Raises
-    ------
-    TypeError
-        Naming system and port, if there is something else, or a message with
-        another tag.
-    """
-    if not port.HasValue(context):
-        return _core.Message()
-    value = port.Eval(context)
-    if not isinstance(value, MESSAGES):
-        raise _wrong(port, describe(tag), type(value).__name__)
-    if value.sequence == -1:
-        return _core.Message()
-    if tag_of(value) != tag:
-        raise _wrong(port, describe(tag), describe(tag_of(value)))
-    return value
-
-
-def pose_message(port: InputPort, context: Context) -> _core.PoseMessage:
-    """Returns the same as a PoseMessage; errors are those of `message`."""
-    value = message(port, context, _core.PoseMessage.TAG)
-    if isinstance(value, _core.PoseMessage):
-        return value
-    return _core.PoseMessage.from_message(value)
-
-
-#: What may be at a port for messages.
-MESSAGES = (_core.Message, _core.PoseMessage, _core.ForceMessage)
-
-
-def tag_of(value: Any) -> int:
-    """Returns what a message holds."""
-    tag: int = value.tag if isinstance(value, _core.Message) else value.TAG
-    return tag
-
-
-def describe(tag: int) -> str:
-    """Returns a tag for people: "PoseMessage", or its number."""
-    empty = _core.Message()
-    empty.tag = tag
-    return empty.describe()
+def _reaction(force: Any) -> tuple[Vector, Vector]:
+    return force.translational(), force.rotational()
 
 
 def rigid_transform(p: Any, R: Any) -> RigidTransform:
@@ -325,23 +246,45 @@ def rigid_transform(p: Any, R: Any) -> RigidTransform:
     return RigidTransform(RotationMatrix(R), p)
 
 
-def check_positive(who: str, field: str, value: float) -> None:
-    """Raises ValueError naming who and field unless finite and > 0."""
-    if not (math.isfinite(value) and value > 0):
-        raise ValueError(f"{who}: `{field}` expected a finite number > 0, got {value}")
+# Documentation.
+
+_CARRIES = {
+    "pose": "RigidTransform",
+    "normals": "array (3, k)",
+    "reaction": "list of SpatialForce",
+}
 
 
-def check_vector(who: str, field: str, value: ArrayLike, size: int) -> Vector:
-    """Returns a vector as a float64 array of its own.
+@cache
+def _examples() -> dict[str, list[_core._Block]]:
+    examples: dict[str, list[_core._Block]] = {}
+    for block in _core._example_blocks():
+        examples.setdefault(block.name, []).append(block)
+    return examples
 
-    Raises ValueError naming who and field unless it has that size and is
-    finite.
-    """
-    array = np.array(value, dtype=np.float64)
-    if array.shape != (size,):
-        raise ValueError(
-            f"{who}: `{field}` expected shape ({size},), got {array.shape}"
-        )
-    if not np.all(np.isfinite(array)):
-        raise ValueError(f"{who}: `{field}` expected finite values, got {array}")
-    return array
+
+def _describe(name: str) -> str:
+    """Returns the list of a block's ports for a docstring."""
+    lines = ["@system", f"name: {name}"]
+    for title, which in (("input_ports", "inputs"), ("output_ports", "outputs")):
+        lines.append(f"{title}:")
+        ports: dict[str, _core._Port] = {}
+        for block in _examples()[name]:
+            ports |= {port.name: port for port in getattr(block, which)}
+        width = max(map(len, ports)) + 1
+        for port in ports.values():
+            text = textwrap.wrap(f"{_carries(port)}: {port.meaning}", 84 - width)
+            lines.append(f"- {port.name:{width}} # {text[0]}")
+            lines += [f"  {'':{width}} # {line}" for line in text[1:]]
+    lines.append("@endsystem")
+    return "\n    ".join(lines)
+
+
+def _carries(port: _core._Port) -> str:
+    if port.type == "vector":
+        return "9, a 3x3 matrix row by row" if port.size == 9 else str(port.size)
+    if port.type == "message":
+        message = _core.Message()
+        message.tag = port.tag
+        return message.describe()
+    return _CARRIES[port.type]

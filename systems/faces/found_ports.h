@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "dual_proxy/faces/block.h"
+#include "dual_proxy/perception/contact_perception.h"
+
+namespace dual_proxy {
+
+/** The ports that show what a filter has found. */
+inline void WriteFound(const ContactPerceptionState& perception,
+                       OutputPorts* ports) {
+  const ForceSpaceParticleFilterState& filter = perception.force.filter;
+  ports->PutMatrix({"force_selection", "Omega_f, as the filter has found it"},
+                   filter.force_selection);
+  ports->PutScalar({"dimension", "of force space, 0 to 3, likewise"},
+                   filter.dimension);
+}
+
+/** Likewise of the angular filter. */
+inline void WriteFoundMoments(const ContactPerceptionState& perception,
+                              OutputPorts* ports) {
+  const ForceSpaceParticleFilterState& filter = perception.moment.filter;
+  ports->PutMatrix(
+      {"moment_selection", "Omega_tau, as the angular filter has found it"},
+      filter.force_selection);
+  ports->PutScalar({"moment_dimension", "of moment space, 0 to 3, likewise"},
+                   filter.dimension);
+}
+
+}  // namespace dual_proxy

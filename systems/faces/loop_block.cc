@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/common/validate.h"
+#include "dual_proxy/faces/blocks.h"
+#include "dual_proxy/faces/found_ports.h"
+
+namespace dual_proxy {
+
+namespace {
+
+struct LoopMemory {
+  TeleopLoopState loop;
+  Vector7 torque{Vector7::Zero()};  // N m, of the last step.
+};
+
+class TeleopLoopBlock final : public BlockOf<TeleopLoopInput, LoopMemory> {
+ public:
+  TeleopLoopBlock(const TeleopLoopParams& params, int joint,
+                  const std::optional<Vector7>& q_start)
+      : BlockOf("TeleopLoop", {.period = params.robot.controller.period}),
+        loop_(params),
+        joint_(joint) {
+    LoopMemory start{.loop = loop_.MakeState()};
+    if (q_start) {
+      ThrowUnlessIn("TeleopLoop", "q_start", *q_start, Finite());
+      start.torque = loop_.CalcHoldingTorque(*q_start);
+    }
+    set_start(std::move(start));
+  }
+
+  const std::vector<SignalSlice>& layout() const override {
+    return loop_.layout();
+  }
+
+ private:
+  void ReadInputs(InputPorts* ports, TeleopLoopInput* input) const override {
+    Eigen::Matrix<double, 14, 1> x = Eigen::Matrix<double, 14, 1>::Zero();
+    ports->GetVector({"robot_state", "[q; v], rad, rad/s"}, &x,
+                     Need::kRequired);
+    input->q = x.head<7>();
+    input->v = x.tail<7>();
+    input->has_reaction = ports->GetReaction({"reaction_forces", "the plant's"},
+                                             joint_, &input->reaction);
+  }
+
+  void Update(double time, const TeleopLoopInput& input,
+              LoopMemory* memory) const override {
+    loop_.Update(time, input, &memory->loop);
+    memory->torque = memory->loop.torque();
+  }
+
+  void WriteOutputs(double, const LoopMemory& memory, InputPorts*,
+                    OutputPorts* ports) const override {
+    const TeleopLoopState& loop = memory.loop;
+    ports->PutVector({"torque", "N m, with gravity compensation"},
+                     memory.torque);
+    ports->PutVector({"signals", "all results, see `layout`"},
+                     SizeOf(loop_.layout()),
+                     [&](OutputPorts::VectorRef signals) {
+                       loop_.WriteSignals(loop, signals);
+                     });
+    ports->PutVector({"sensed_wrench", "[force; moment] at E, N, N m"},
+                     loop.sensor.adapter.wrench);
+    ports->PutPose({"device_pose", "X_DH, in D, as the driver reads it"},
+                   [&] { return loop.device.read_pose; });
+    ports->PutVector(
+        {"device_wrench",
+         "[force; moment], N, N m, of the device on the hand, in D"},
+        loop.haptic.output.device_wrench);
+    WriteFound(loop.robot.perception, ports);
+    WriteFoundMoments(loop.robot.perception, ports);
+  }
+
+  TeleopLoop loop_;
+  int joint_;
+};
+
+}  // namespace
+
+BlockPtr MakeTeleopLoopBlock(const TeleopLoopParams& params, int joint,
+                             const std::optional<Vector7>& q_start) {
+  return std::make_shared<TeleopLoopBlock>(params, joint, q_start);
+}
+
+}  // namespace dual_proxy
