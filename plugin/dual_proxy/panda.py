@@ -300,11 +300,12 @@ def _add_models(plant: Any, path: str) -> None:
     if not path:
         return
     parser = Parser(plant)
-    package = Path(path).parent / "package.xml"
+    file = Path(path)
+    package = file.with_name("package.xml")
     try:
         if package.exists():
-            parser.package_map().AddPackageXml(str(package))
-        ProcessModelDirectives(LoadModelDirectives(path), parser)
+            parser.package_map().AddPackageXml(package)
+        ProcessModelDirectives(LoadModelDirectives(file), parser)
     except (RuntimeError, ValueError) as error:
         text = " ".join(str(error).split())
         raise ScenarioError(f"scene.model_directives: {path}: {text}") from error

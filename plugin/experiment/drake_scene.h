@@ -33,7 +33,7 @@ struct DrakeSurface {
   double radius{0};  ///< m: of a sphere, cylinder or capsule.
   double length{0};  ///< m: of a cylinder or capsule, without its round ends.
   Eigen::Vector4d color{Eigen::Vector4d::Zero()};
-  DrakeMaterial material;
+  DrakeMaterial material{};
 };
 
 /** All of a scene that touches. */

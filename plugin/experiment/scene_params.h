@@ -66,13 +66,13 @@ struct SurfaceParams {
   SurfaceShape shape{SurfaceShape::kHalfSpace};
   Eigen::Vector3d position{Eigen::Vector3d::Zero()};
   Eigen::Vector3d rotation{Eigen::Vector3d::Zero()};
-  std::optional<Eigen::Vector3d> size;
-  std::optional<double> radius;
-  std::optional<double> length;
+  std::optional<Eigen::Vector3d> size{};
+  std::optional<double> radius{};
+  std::optional<double> length{};
   bool hollow{false};
-  std::optional<double> stiffness;
-  std::optional<double> dissipation;
-  std::optional<double> friction;
+  std::optional<double> stiffness{};
+  std::optional<double> dissipation{};
+  std::optional<double> friction{};
   Eigen::Vector4d color{0.80, 0.70, 0.56, 1.0};
 
   /** @throws std::invalid_argument naming the field, its range and value. */

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -74,6 +75,11 @@ class TreeReader {
     } else {
       *value = std::stod(tree.text);
     }
+  }
+
+  template <typename T>
+  static void Read(const Tree& tree, std::optional<T>* value) {
+    Read(tree, &value->emplace());
   }
 
   template <typename T>

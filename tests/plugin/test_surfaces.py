@@ -29,13 +29,14 @@ def test_both_engines_build_the_same_world(runs):
     for name in ("robot_position", "device_position"):
         difference = np.abs(signal(bare, name) - signal(drake, name))
         assert difference.max() < 1e-3, name
-    for where in (slice(2.5, 3.5), slice(13.0, 14.0)):
+    # On the ramp, on the pipe, on the rod.
+    for where in (slice(2.5, 3.5), slice(9.5, 10.5), slice(14.0, 15.0)):
         pressed = bare.loc[where], drake.loc[where]
         for log in pressed:
             assert (log["contact_dimension"] == 1).all()
         forces = [signal(log, "contact_force").mean(axis=0) for log in pressed]
         assert np.linalg.norm(forces[1]) > 2.0
-        np.testing.assert_allclose(*forces, rtol=0, atol=0.05)
+        np.testing.assert_allclose(*forces, rtol=0, atol=0.1)
         normals = [signal(log, "contact_normal") for log in pressed]
         assert np.einsum("ij,ij->i", *normals).min() > np.cos(np.radians(0.5))
 
@@ -49,11 +50,11 @@ def test_normal_is_the_ramps(runs):
         )
 
 
-def test_tool_meets_the_pipe_in_a_corner_and_goes_over_it(runs):
+def test_ramp_and_pipe_make_a_corner(runs):
     for run in runs.values():
-        log = run.log
-        assert (log["contact_dimension"] == 2).any()
-        assert log.loc[9.0, "robot_position_x"] > 0.55
+        in_corner = run.log.loc[5.6:6.0]
+        assert (in_corner["contact_dimension"] == 2).mean() > 0.9
+        assert (in_corner["dimension"] == 2).mean() > 0.9
 
 
 def test_a_bore_is_for_the_bare_engine(tmp_path):
@@ -85,7 +86,7 @@ def test_a_bore_is_for_the_bare_engine(tmp_path):
 @pytest.fixture(scope="module")
 def with_models():
     return dp.load_scenario("plane").with_overrides(
-        {"scene.model_directives": str(MODELS), "duration": 7.0}
+        {"scene.model_directives": str(MODELS), "duration": 8.0}
     )
 
 
@@ -99,15 +100,14 @@ def test_a_path_is_relative_to_the_scenarios_file(tmp_path):
 
 
 def test_models_are_part_of_the_world(with_models):
-    run, alone = dp.run(with_models), dp.run("plane", duration=7.0)
+    run, alone = dp.run(with_models), dp.run("plane", duration=8.0)
     # The tool slides until it meets the block, whose face is at 0.50 m.
-    assert alone.log.loc[7.0, "robot_position_x"] > 0.51
-    assert run.log.loc[7.0, "robot_position_x"] == pytest.approx(0.49, abs=1e-3)
-    assert run.log.loc[7.0, "contact_dimension"] == 2
+    assert alone.log.loc[8.0, "robot_position_x"] > 0.51
+    assert run.log.loc[8.0, "robot_position_x"] == pytest.approx(0.49, abs=1e-3)
+    assert run.log.loc[8.0, "contact_dimension"] == 2
     before = slice(0.0, 5.0)
     assert run.log.loc[before, "contact_dimension"].max() == 1
     assert not signal(run.log.loc[0.0:3.0], "contact_force").any()
-    assert run.metrics["contact_force_mean_N"] > 0.0
 
 
 def test_both_wirings_have_the_same_bits_with_models(with_models):
@@ -123,7 +123,7 @@ def test_both_wirings_have_the_same_bits_with_models(with_models):
 def test_a_free_body_moves_and_is_no_contact_of_the_tool(with_models):
     station = build_station(with_models)
     station.advance_to(1.0)
-    plant = station.diagram.GetSubsystemByName("panda")
+    plant = station.diagram.GetSubsystemByName("plant")
     context = plant.GetMyContextFromRoot(station.simulator.get_context())
     ball = plant.GetBodyByName("ball")
     height = plant.EvalBodyPoseInWorld(context, ball).translation()[2]

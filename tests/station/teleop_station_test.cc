@@ -155,7 +155,7 @@ TEST(LoadScenarioTest, DrakesReaderReadsWhatPythonReads) {
   ASSERT_EQ(everything.scene.surfaces.size(), 3u);
   const SurfaceParams& wall = everything.scene.surfaces[0];
   EXPECT_EQ(wall.shape, SurfaceShape::kBox);
-  EXPECT_EQ(wall.size, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_EQ(wall.size.value(), Eigen::Vector3d(0.1, 0.2, 0.3));
   EXPECT_EQ(wall.radius, std::nullopt);
   EXPECT_EQ(wall.stiffness, 12000);
   const SurfaceParams& bore = everything.scene.surfaces[1];
@@ -357,11 +357,11 @@ TEST(TeleopStationTest, FurtherModelsArePartOfTheWorld) {
   Scenario scenario = LoadScenario(kPlane);
   scenario.scene.model_directives = kModels + "block_and_ball.dmd.yaml";
   Bench fused(scenario);
-  const RunLog log = fused.AdvanceTo(7);
+  const RunLog log = fused.AdvanceTo(8);
   EXPECT_NEAR(log.Signal<3>("robot_position")(log.time.size() - 1, 0), 0.49,
               1e-3);
   Bench systems(scenario, Wiring::kSystems);
-  ExpectEqual(systems.AdvanceTo(7), log);
+  ExpectEqual(systems.AdvanceTo(8), log);
 }
 
 TEST(TeleopStationTest, WhatDrakeHasNotIsAnError) {
