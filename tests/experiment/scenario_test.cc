@@ -449,7 +449,7 @@ TEST(ScenarioTest, PeriodsAtWhichTheLawIsNotStableAreRefused) {
               s->scene.surfaces = {{.name = "steel", .stiffness = 1e6}};
               s->control_period = 4e-3;
             }),
-            "tiny.control_period: expected at most 0.003 s with "
+            "tiny.control_period: expected at most 0.001 s with "
             "scene.time_step 0.001 s, as force control (controller.force_gain "
             "2.5) swings on a contact of 1e+06 N/m, got 0.004");
   EXPECT_NE(error(1.0 / 240, 1.0 / 240), "no exception");
@@ -498,7 +498,7 @@ TEST(ScenarioTest, WaypointsAreChecked) {
             "device reaches (scene.start_position is the middle of its "
             "workspace, map.scale its size), got [0.9, 0, 0.1]");
   // There need not be a table below.
-  const Eigen::Vector3d aside{0.6, 0, 0.18};
+  const Eigen::Vector3d aside{0.55, 0, 0.18};
   EXPECT_EQ(ErrorAfter([&](Scenario* s) {
               s->scene.table_size << 0.01, 0.01;
               s->operator_params.waypoints = {{0, p}, {1, aside}};

@@ -380,9 +380,11 @@ TEST(TeleopStationTest, WhatDrakeHasNotIsAnError) {
   EXPECT_EQ(error(scene),
             "plane.scene.model_directives: expected a file, got "
             "\"/no/such/file\"");
-  scene.model_directives = WriteFile("directives: 3\n");
+  scene.model_directives =
+      std::filesystem::path(WriteFile("directives: 3\n")).lexically_normal();
   EXPECT_TRUE(error(scene).starts_with(
-      "plane.scene.model_directives: " + scene.model_directives + ": "));
+      "plane.scene.model_directives: " + scene.model_directives + ": "))
+      << error(scene);
   scene.model_directives = kModels + "egg.dmd.yaml";
   EXPECT_TRUE(error(scene).starts_with(
       "plane.scene.model_directives: geometry 'nest::shell' of body 'egg' of "
