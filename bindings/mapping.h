@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -108,6 +109,14 @@ class MappingReader {
     *result = std::move(items);
   }
 
+  template <typename T>
+  void Read(const py::handle& value, const std::string& path,
+            const std::string& key, std::optional<T>* result) {
+    T item;
+    Read(value, path, key, &item);
+    *result = item;
+  }
+
   // Of a mapping without the keys that overrides may not have.
   py::dict AsOverrides(const py::handle& value, const std::string& path) const;
 
@@ -121,11 +130,15 @@ class MappingReader {
   std::string missing_;
 };
 
-/** Makes the mapping that MappingReader reads; arrays become lists. */
+/** Makes the mapping that MappingReader reads; arrays become lists, and what is
+optional and has no value is left out. */
 class MappingWriter {
  public:
   template <typename T>
   void Visit(const NameValue<T>& field) {
+    if constexpr (kIsOptional<T>) {
+      if (!*field.value()) return;
+    }
     mapping_[field.name()] = Write(field.value());
   }
 
@@ -147,6 +160,11 @@ class MappingWriter {
     } else {
       return py::cast(*value);
     }
+  }
+
+  template <typename T>
+  static py::object Write(std::optional<T>* item) {
+    return Write(&**item);
   }
 
   template <typename T>

@@ -15,6 +15,7 @@
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 #include <Eigen/Core>
 
 #include "dual_proxy/common/enum_strings.h"
@@ -122,6 +123,11 @@ inline constexpr bool kIsVector<std::vector<T>> = true;
 template <typename T>
 inline constexpr bool kIsMatrix = std::is_base_of_v<Eigen::MatrixBase<T>, T>;
 
+template <typename T>
+inline constexpr bool kIsOptionalMatrix = false;
+template <typename T>
+inline constexpr bool kIsOptionalMatrix<std::optional<T>> = kIsMatrix<T>;
+
 // What is read from parameters, but for nested ones, is a copy. Such a copy is
 // read-only, so that a change of it is an error and not silently lost.
 
@@ -172,7 +178,7 @@ py::tuple AsTuple(const std::vector<T>& items) {
 }
 
 /** A field's value from Python: a number, a string, an enum's name, an array of
-the exact shape, nested Params, or a list of them.
+the exact shape, None for an optional one, nested Params, or a list of them.
 @throws TypeError or ValueError naming the field. */
 template <typename T>
 T FieldFromPython(const py::handle& value, const char* name) {
@@ -180,6 +186,9 @@ T FieldFromPython(const py::handle& value, const char* name) {
     return EnumFromPython<T>(value, name);
   } else if constexpr (kIsMatrix<T>) {
     return AsFixed<T>(value, name);
+  } else if constexpr (kIsOptional<T>) {
+    if (value.is_none()) return std::nullopt;
+    return FieldFromPython<typename T::value_type>(value, name);
   } else if constexpr (kIsVector<T>) {
     if (!py::isinstance<py::list>(value) && !py::isinstance<py::tuple>(value)) {
       throw py::type_error("field `" + std::string(name) +
@@ -222,7 +231,8 @@ T FieldFromPython(const py::handle& value, const char* name) {
 }
 
 /** A field's type as Drake's yaml_load_typed() wants it: float, int, bool, str
-(for enums, too), numpy.ndarray, a Params class, or list[...] of one. */
+(for enums, too), numpy.ndarray, a Params class, Optional[...] of one, or
+list[...]. */
 template <typename T>
 py::object FieldType() {
   const auto builtin = [](PyTypeObject& type) {
@@ -239,6 +249,9 @@ py::object FieldType() {
     return builtin(PyUnicode_Type);
   } else if constexpr (kIsMatrix<T>) {
     return py::module_::import("numpy").attr("ndarray");
+  } else if constexpr (kIsOptional<T>) {
+    return py::module_::import("typing").attr(
+        "Optional")[FieldType<typename T::value_type>()];
   } else if constexpr (kIsVector<T>) {
     return builtin(PyList_Type)
         .attr("__class_getitem__")(FieldType<typename T::value_type>());
@@ -260,7 +273,7 @@ bool FieldsEqual(const py::object& self, const py::object& other);
 /** A class of parameters. */
 template <typename T>
 inline constexpr bool kIsStruct =
-    std::is_class_v<T> && !kIsMatrix<T> && !kIsVector<T> &&
+    std::is_class_v<T> && !kIsMatrix<T> && !kIsVector<T> && !kIsOptional<T> &&
     !std::is_same_v<T, std::string>;
 
 /** "FooParams", "list of FooParams"; nothing for what is neither. */
@@ -313,7 +326,7 @@ struct ParamsDeleter {
 the whole), `fields` (name -> doc), `validate()`, repr, equality, copy, deepcopy
 and pickle. `__fields__` (of each field name, type, unit, range, default and
 meaning) is the schema for Drake's yaml_load_typed() and yaml_dump_typed(), and
-what docs/parameters.md is made of. */
+what docs/reference.md is made of. */
 template <typename Params>
 class BindParams {
  public:
@@ -448,6 +461,9 @@ class BindParams {
       std::string shape;
       if constexpr (kIsMatrix<T>) {
         shape = FixedShape(T::RowsAtCompileTime, T::ColsAtCompileTime);
+      } else if constexpr (kIsOptionalMatrix<T>) {
+        shape = FixedShape(T::value_type::RowsAtCompileTime,
+                           T::value_type::ColsAtCompileTime);
       }
       owner->AppendSchema(name, FieldType<T>(), texts);
       owner->template Attribute<T>(name, Access(value),
@@ -492,6 +508,11 @@ class BindParams {
         return ReadOnly(py::array_t<double>(py::cast(T(access(self)))));
       } else if constexpr (kIsVector<T>) {
         return AsTuple(access(self));
+      } else if constexpr (kIsOptionalMatrix<T>) {
+        using Array = py::array_t<double>;
+        const T& value = access(self);
+        return value ? std::optional(ReadOnly(Array(py::cast(*value))))
+                     : std::nullopt;
       } else {
         return T(access(self));
       }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dual_proxy/experiment/panda_scene_params.h"
+#include "dual_proxy/experiment/drake_scene.h"
 #include "dual_proxy/experiment/scenario.h"
+#include "dual_proxy/experiment/scene_params.h"
 #include "dual_proxy/experiment/teleop_loop_params.h"
 #include "mapping.h"
 #include "params.h"
@@ -9,14 +10,15 @@ namespace dual_proxy {
 namespace {
 
 void BindScene(py::module_& m) {
-  using B = BoxParams;
-  BindParams<B>(m, "BoxParams",
-                "A box fixed in the world that the tool can touch.")
+  using U = SurfaceParams;
+  BindParams<U>(m, "SurfaceParams",
+                "A surface fixed in the world that the tool can touch. Of its "
+                "lengths it has those that its shape needs and no others.")
       .Fields();
 
-  using P = PandaSceneParams;
+  using P = SceneParams;
   BindParams<P> scene(
-      m, "PandaSceneParams",
+      m, "SceneParams",
       "The simulated arm's surroundings and how contact is computed.");
   scene.Fields();
   auto& cls = scene.py_class();
@@ -26,15 +28,59 @@ void BindScene(py::module_& m) {
   cls.attr("TOOL_COM_S") =
       py::make_tuple(kToolCom.x(), kToolCom.y(), kToolCom.z());
   cls.def(
-         "all_boxes", [](const P& self) { return AsTuple(self.AllBoxes()); },
-         "The table followed by `boxes`, as BoxParams.")
+         "all_surfaces",
+         [](const P& self) { return AsTuple(self.AllSurfaces()); },
+         "The table, if there is one, followed by `surfaces`, as "
+         "SurfaceParams; "
+         "each has a material.")
+      .def(
+          "contact_surfaces",
+          [](const P& self) { return AsTuple(self.ContactSurfaces()); },
+          "The same as ContactSurfaceParams.")
       .def(
           "corners", [](const P& self) { return AsTuple(self.Corners()); },
           "Centres of a flat tool's corners, four (3,), m, in E.")
       .def_property_readonly(
           "contact_height", &P::contact_height,
           "Height of the tool point when the tool, pointing down, touches the "
-          "table, m.");
+          "table's top, m.");
+}
+
+// The scene as Drake's plant takes it, for dual_proxy.panda.
+void BindDrakeScene(py::module_& m) {
+  py::class_<DrakeMaterial>(m, "_DrakeMaterial")
+      .def_readonly("stiffness", &DrakeMaterial::stiffness)
+      .def_readonly("dissipation", &DrakeMaterial::dissipation)
+      .def_readonly("friction", &DrakeMaterial::friction)
+      .def_readonly("relaxation_time", &DrakeMaterial::relaxation_time);
+  using S = DrakeSurface;
+  py::class_<S>(m, "_DrakeSurface")
+      .def_readonly("name", &S::name)
+      .def_property_readonly(
+          "shape", [](const S& self) { return EnumToString(self.shape); })
+      .def_property_readonly("p_BG", [](const S& self) { return self.X_BG.p; })
+      .def_property_readonly("R_BG", [](const S& self) { return self.X_BG.R; })
+      .def_property_readonly("size", [](const S& self) { return self.size; })
+      .def_readonly("radius", &S::radius)
+      .def_readonly("length", &S::length)
+      .def_property_readonly("color", [](const S& self) { return self.color; })
+      .def_readonly("material", &S::material);
+  m.def(
+      "_make_drake_scene",
+      [](const SceneParams& params) {
+        const DrakeScene scene = MakeDrakeScene(params);
+        return py::make_tuple(scene.ball, scene.surfaces);
+      },
+      py::arg("params"),
+      "Material of each ball of the tool, and list of _DrakeSurface: what "
+      "touches; a ball's contact with\na surface has that surface's stiffness "
+      "(shared by all balls), dissipation and friction.\nRaises ScenarioError "
+      "if there is something that Drake has not.");
+  m.def("_make_picture", &MakePicture, py::arg("params"),
+        "List of _DrakeSurface: what is to be seen.");
+  m.def("_ellipsoid_problem", &EllipsoidProblem, py::arg("geometry"),
+        py::arg("body"), py::arg("model"),
+        "What is said of a geometry whose contacts would be wrong.");
 }
 
 void BindLinkAndOperator(py::module_& m) {
@@ -110,8 +156,8 @@ void BindScenario(py::module_& m) {
           "about it,\nelse \"\". Raises "
           "ScenarioError if a recording cannot be read.")
       .def("_resolve_paths", &S::ResolvePaths, py::arg("directory"),
-           "Makes `operator.recording` absolute; a relative one is in "
-           "`directory`.")
+           "Makes `operator.recording` and `scene.model_directives` absolute; "
+           "relative ones are in `directory`.")
       .def(
           "calc_seed",
           [](const S& self, const py::str& stream) {
@@ -153,7 +199,7 @@ void BindScenario(py::module_& m) {
           py::arg("points"),
           "Tells which points, (n, 3), m, in B, the device can ask for: (n,) "
           "bool.\n\nThey lie, mapped to the device, within 95 % of its "
-          "workspace, and over the table. The set\nis convex.");
+          "workspace. The set is convex.");
 }
 
 }  // namespace
@@ -163,6 +209,7 @@ void BindScenarios(py::module_& m) {
       .doc() =
       "A scenario is wrong; the message is one line that names the field.";
   BindScene(m);
+  BindDrakeScene(m);
   BindLinkAndOperator(m);
   BindScenario(m);
 }

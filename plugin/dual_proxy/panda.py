@@ -3,7 +3,7 @@
 
 Three things live here:
 
-- `add_panda_scene` puts the simulated arm, its table and other boxes into a
+- `add_panda_scene` puts the simulated arm and the surfaces around it into a
   diagram: what stands in for the real arm and its surroundings.
 - `PandaModel` gives a controller its model terms (pose, Jacobian, mass matrix,
   bias, gravity) from joint positions and velocities alone. It is made from a
@@ -22,6 +22,7 @@ import copy
 import importlib.resources
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import dual_proxy._pydrake  # noqa: F401
@@ -32,8 +33,12 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.geometry import (
     AddContactMaterial,
     Box,
+    Capsule,
     Cylinder,
+    Ellipsoid,
+    HalfSpace,
     ProximityProperties,
+    Role,
     SceneGraph,
     Shape,
     Sphere,
@@ -41,7 +46,11 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.parsing import Parser
+from pydrake.multibody.parsing import (
+    LoadModelDirectives,
+    Parser,
+    ProcessModelDirectives,
+)
 from pydrake.multibody.plant import (
     AddMultibodyPlantSceneGraph,
     ContactModel,
@@ -69,16 +78,21 @@ from dual_proxy._core import (
     _ARM_LIMITS,
     ArmModel,
     ArmModelParams,
+    ScenarioError,
     _ContactTruth,
+    _DrakeMaterial,
+    _DrakeSurface,
+    _ellipsoid_problem,
+    _make_drake_scene,
+    _make_picture,
     _single_contact_truth,
 )
-from dual_proxy.panda_params import (
+from dual_proxy.scene_params import (
     CORNER_RADIUS,
     TIP_RADIUS,
     TOOL_COM_S,
     TOOL_MASS,
-    BoxParams,
-    PandaSceneParams,
+    SceneParams,
 )
 
 __all__ = [
@@ -95,7 +109,6 @@ __all__ = [
     "PandaTerms",
     "RotationTruth",
     "add_panda_scene",
-    "box_pose",
     "contact_truth",
     "p_SE_S",
     "read_contacts",
@@ -158,12 +171,6 @@ def _translation(p: Any) -> RigidTransform:
     return RigidTransform(p)
 
 
-def box_pose(box: BoxParams) -> RigidTransform:
-    """Returns the pose of a box's centre in the base frame."""
-    p_BBox: Any = np.array(box.center)
-    return RigidTransform(RotationMatrix.MakeZRotation(box.yaw), p_BBox)
-
-
 @dataclass(frozen=True)
 class PandaScene:
     """What `add_panda_scene` added, and the ports to wire.
@@ -180,7 +187,7 @@ class PandaScene:
 
     plant: MultibodyPlant
     scene_graph: SceneGraph
-    params: PandaSceneParams
+    params: SceneParams
     arm: ModelInstanceIndex
     tool_body: BodyIndex
     sensor_joint: int
@@ -227,7 +234,7 @@ def _add_arm(plant: Any, tool_mass: float) -> ModelInstanceIndex:
     return arm
 
 
-def _tool_parts(params: PandaSceneParams) -> list[tuple[str, Shape, Vector]]:
+def _tool_parts(params: SceneParams) -> list[tuple[str, Shape, Vector]]:
     """What of the tool touches: name, shape, its centre in S (m)."""
     if params.tool == "sphere":
         return [("tip", Sphere(TIP_RADIUS), p_SE_S)]
@@ -238,7 +245,7 @@ def _tool_parts(params: PandaSceneParams) -> list[tuple[str, Shape, Vector]]:
     ]
 
 
-def _draw_tool(plant: Any, tool: Any, params: PandaSceneParams) -> None:
+def _draw_tool(plant: Any, tool: Any, params: SceneParams) -> None:
     visuals = [
         (name, shape, _constant([0.0, 0.0, height]), color)
         for name, shape, height, color in _TOOL_VISUALS
@@ -252,40 +259,77 @@ def _draw_tool(plant: Any, tool: Any, params: PandaSceneParams) -> None:
         plant.RegisterVisualGeometry(tool, _translation(p_SG), shape, name, color)
 
 
-def _proximity_properties(
-    params: PandaSceneParams, share: float = 1.0
-) -> ProximityProperties:
-    """Contact properties of one body; tool and surfaces each carry them.
-
-    Drake combines two bodies' stiffness in series, adds their relaxation
-    times, and takes the stiffness-weighted mean of their Hunt-Crossley
-    coefficients and the harmonic mean of their frictions.
-
-    Parameters
-    ----------
-    params : the scene.
-    share : of the whole stiffness that a contact with a surface is to have.
-    """
+def _proximity_properties(material: _DrakeMaterial) -> ProximityProperties:
     properties = ProximityProperties()
     AddContactMaterial(
-        dissipation=params.contact_dissipation,
-        point_stiffness=2.0 * params.contact_stiffness * share / (2.0 - share),
-        friction=CoulombFriction(params.friction, params.friction),
+        dissipation=material.dissipation,
+        point_stiffness=material.stiffness,
+        friction=CoulombFriction(material.friction, material.friction),
         properties=properties,
     )
-    properties.AddProperty("material", "relaxation_time", params.relaxation_time / 2.0)
+    properties.AddProperty("material", "relaxation_time", material.relaxation_time)
     return properties
+
+
+def _shape(surface: _DrakeSurface) -> Shape:
+    if surface.shape == "box":
+        return Box(*surface.size)
+    if surface.shape == "sphere":
+        return Sphere(surface.radius)
+    if surface.shape == "cylinder":
+        return Cylinder(surface.radius, surface.length)
+    if surface.shape == "capsule":
+        return Capsule(surface.radius, surface.length)
+    return HalfSpace()
+
+
+def _pose(surface: _DrakeSurface) -> RigidTransform:
+    R_BG: Any = surface.R_BG
+    p_BG: Any = surface.p_BG
+    return RigidTransform(RotationMatrix(R_BG), p_BG)
+
+
+def _add_models(plant: Any, path: str) -> None:
+    """Adds the models of a file of directives, if there is one."""
+    if not path:
+        return
+    parser = Parser(plant)
+    file = Path(path)
+    package = file.with_name("package.xml")
+    try:
+        if package.exists():
+            parser.package_map().AddPackageXml(package)
+        ProcessModelDirectives(LoadModelDirectives(file), parser)
+    except (RuntimeError, ValueError) as error:
+        text = " ".join(str(error).split())
+        raise ScenarioError(f"scene.model_directives: {path}: {text}") from error
+
+
+def _check_models(plant: Any, inspector: Any) -> None:
+    """Raises ScenarioError for a geometry whose contacts would be wrong."""
+    for geometry in inspector.GetAllGeometryIds(Role.kProximity):
+        if isinstance(inspector.GetShape(geometry), Ellipsoid):
+            body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
+            problem = _ellipsoid_problem(
+                inspector.GetName(geometry),
+                body.name(),
+                plant.GetModelInstanceName(body.model_instance()),
+            )
+            raise ScenarioError(f"scene.model_directives: {problem}")
 
 
 def add_panda_scene(
     builder: DiagramBuilder,
-    params: PandaSceneParams | None = None,
+    params: SceneParams | None = None,
     q_start: ArrayLike | None = None,
     drawn: bool = True,
+    touching: bool = True,
 ) -> PandaScene:
-    """Adds the simulated Panda, its table and boxes to a diagram.
+    """Adds the simulated Panda, the surfaces of its scene and what its model
+    directives name to a diagram.
 
-    Only the tool's tip and the boxes carry collision geometry. The plant is
+    If there is a `package.xml` beside the directives, their folder is a package.
+    Of arm and tool only what touches carries collision geometry. The plant is
     discrete and its output ports are sampled: reaction forces and contact
     results are those of the last step (zero and empty before the first).
 
@@ -298,8 +342,18 @@ def add_panda_scene(
         `params.start_position`, pointing down.
     drawn : whether there is anything to see; what is not drawn need not be
         moved along in every step.
+    touching : whether tool and surfaces can touch. A picture need not, and shows
+        what Drake cannot simulate, too.
+
+    Raises
+    ------
+    ScenarioError
+        "scene.KEY: ...", if Drake has not what the scene has, if the model
+        directives cannot be read, or a model touches with an Ellipsoid.
+    ValueError
+        If an argument is not what it should be.
     """
-    params = copy.deepcopy(params) if params is not None else PandaSceneParams()
+    params = copy.deepcopy(params) if params is not None else SceneParams()
     params.validate()
     if q_start is None:
         q_start = PandaModel().inverse_kinematics(params.start_position)
@@ -326,24 +380,31 @@ def add_panda_scene(
     tool = plant.GetBodyByName("tool", arm)
     if drawn:
         _draw_tool(plant, tool, params)
-    parts = _tool_parts(params)
-    tool_properties = _proximity_properties(params, 1.0 / len(parts))
-    for name, shape, p_SG in parts:
-        plant.RegisterCollisionGeometry(
-            tool, _translation(p_SG), shape, name, tool_properties
-        )
-    properties = _proximity_properties(params)
-    for box in params.all_boxes():
-        X_BBox = box_pose(box)
-        shape = Box(*box.size)
-        if drawn:
-            plant.RegisterVisualGeometry(
-                plant.world_body(), X_BBox, shape, box.name, box.color
+    world = plant.world_body()
+    if touching:
+        ball, surfaces = _make_drake_scene(params)
+        ball_properties = _proximity_properties(ball)
+        for name, shape, p_SG in _tool_parts(params):
+            plant.RegisterCollisionGeometry(
+                tool, _translation(p_SG), shape, name, ball_properties
             )
-        plant.RegisterCollisionGeometry(
-            plant.world_body(), X_BBox, shape, box.name, properties
-        )
+        for surface in surfaces:
+            plant.RegisterCollisionGeometry(
+                world,
+                _pose(surface),
+                _shape(surface),
+                surface.name,
+                _proximity_properties(surface.material),
+            )
+    if drawn:
+        for surface in _make_picture(params):
+            plant.RegisterVisualGeometry(
+                world, _pose(surface), _shape(surface), surface.name, surface.color
+            )
+    _add_models(plant, params.model_directives)
     plant.Finalize()
+    if touching:
+        _check_models(plant, scene_graph.model_inspector())
     plant.SetDefaultPositions(arm, q_start)
     return PandaScene(
         plant=plant,
@@ -565,7 +626,7 @@ class PandaModel:
     """
 
     def __init__(self, tool_mass: float = TOOL_MASS, gravity: float = 9.81) -> None:
-        checked = PandaSceneParams(tool_mass=tool_mass, gravity=gravity)
+        checked = SceneParams(tool_mass=tool_mass, gravity=gravity)
         self._tool_mass = checked.tool_mass
         # Time step 0: the model has no solver of its own to set up.
         plant: Any = MultibodyPlant(0.0)

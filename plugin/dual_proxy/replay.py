@@ -7,7 +7,8 @@ saves the recording as a file that needs neither server nor network.
 
 What is drawn (frame B):
 
-- the arm, the table and the scene's boxes;
+- the arm, the scene's surfaces (of a bore, what fills it) and further models as
+  they were at the start;
 - spheres: the robot proxy (blue), the device mapped into the robot's workspace
   (orange), the haptic proxy mapped alike (violet: the robot as the hand's side
   knows it, one link delay old);
@@ -48,7 +49,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from dual_proxy.log import column_names, replace_file
 from dual_proxy.panda import add_panda_scene
-from dual_proxy.panda_params import PandaSceneParams
+from dual_proxy.scene_params import SceneParams
 
 __all__ = ["REPLAY_COLUMNS", "PoseMap", "SceneDrawer", "write_replay"]
 
@@ -139,7 +140,7 @@ _CAMERA_TARGET = (0.33, 0.0, 0.31)
 # Vertical field of view, deg: narrow, for a calm perspective.
 _FIELD_OF_VIEW_DEG = 30.0
 
-_BOX_OPACITY = 0.75
+_SURFACE_OPACITY = 0.75
 
 
 # pydrake's type stubs name array types that no array has: arrays that go into
@@ -207,13 +208,13 @@ class SceneDrawer:
     def __init__(
         self,
         meshcat: Meshcat,
-        params: PandaSceneParams | None = None,
+        params: SceneParams | None = None,
         workspace_map: PoseMap | None = None,
     ) -> None:
         self._meshcat: Any = meshcat
         self._map = workspace_map
         builder = DiagramBuilder()
-        self._scene = add_panda_scene(builder, params)
+        self._scene = add_panda_scene(builder, params, touching=False)
         options = MeshcatVisualizerParams()
         options.role = Role.kIllustration
         options.prefix = f"{_ROOT}/scene"
@@ -288,9 +289,9 @@ class SceneDrawer:
         # then on. The proxies sink into what is pressed on: it must not hide
         # them.
         self._visualizer.ForcedPublish(self._visualizer_context)
-        for box in self._scene.params.all_boxes():
-            path = f"{_ROOT}/scene/{box.name}"
-            meshcat.SetProperty(path, "modulated_opacity", _BOX_OPACITY)
+        for surface in self._scene.params.all_surfaces():
+            path = f"{_ROOT}/scene/{surface.name}"
+            meshcat.SetProperty(path, "modulated_opacity", _SURFACE_OPACITY)
         meshcat.SetObject(f"{_ROOT}/floor", Cylinder(1.1, 0.004), Rgba(0.78, 0.8, 0.83))
         self._move(f"{_ROOT}/floor", _translation(np.array([0.3, 0.0, -0.01])), None)
         for marker in self._markers:
@@ -357,7 +358,7 @@ class SceneDrawer:
 def write_replay(
     log: pd.DataFrame,
     path: str | Path,
-    params: PandaSceneParams | None = None,
+    params: SceneParams | None = None,
     workspace_map: PoseMap | None = None,
     title: str = "",
     frame_rate: float = 30.0,

@@ -45,7 +45,7 @@ from dual_proxy.panda import (
     read_contacts,
 )
 from dual_proxy.replay import SceneDrawer
-from dual_proxy.scenario import Scenario
+from dual_proxy.scenario import Scenario, ScenarioError
 from dual_proxy.systems import (
     CommunicationChannel,
     HapticSide,
@@ -277,9 +277,12 @@ class Station:
         """The arm in its scene, and what its tool really touches."""
         scenario = self.scenario
         self._model, self._q_start = start_posture(scenario)
-        scene = add_panda_scene(
-            self._builder, scenario.scene, self._q_start, drawn=False
-        )
+        try:
+            scene = add_panda_scene(
+                self._builder, scenario.scene, self._q_start, drawn=False
+            )
+        except ScenarioError as error:
+            raise ScenarioError(f"{scenario.name}.{error}") from error
         self._scene = scene
         if self._watched:
             rotations = scenario.has_angular_filter
@@ -420,6 +423,8 @@ def build_station(
 
     Raises
     ------
+    ScenarioError
+        If the scene is nothing for Drake; see `add_panda_scene`.
     ValueError
         If the parameters contradict each other, or no posture of the arm
         reaches the start.

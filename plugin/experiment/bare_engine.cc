@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "dual_proxy/common/rotation.h"
 #include "dual_proxy/experiment/teleop_loop_params.h"
 #include "dual_proxy/loop/loop_signals.h"
 
@@ -31,7 +30,7 @@ std::vector<SignalSlice> MakeLogLayout(const TeleopLoop& loop, bool rotations) {
 }  // namespace
 
 ContactSceneParams MakeContactSceneParams(const Scenario& scenario) {
-  const PandaSceneParams& scene = scenario.scene;
+  const SceneParams& scene = scenario.scene;
   if (scene.contact_approximation == ContactApproximation::kSap) {
     throw ScenarioError(
         scenario.name +
@@ -39,29 +38,26 @@ ContactSceneParams MakeContactSceneParams(const Scenario& scenario) {
         "with engine bare, whose contacts are Hunt and Crossley's, got "
         "\"sap\"");
   }
-  ContactSceneParams params;
-  params.tool_radius = scene.tool == Tool::kSphere ? kTipRadius : kCornerRadius;
-  for (const BoxParams& box : scene.AllBoxes()) {
-    params.surfaces.push_back(
-        {.shape = SurfaceShape::kBox,
-         .position = box.center,
-         .rotation = ExpRotation(box.yaw * Eigen::Vector3d::UnitZ()),
-         .half_size = 0.5 * box.size,
-         .stiffness = scene.contact_stiffness,
-         .dissipation = scene.contact_dissipation,
-         .friction = scene.friction});
+  if (!scene.model_directives.empty()) {
+    throw ScenarioError(scenario.name +
+                        ".scene.model_directives: expected none with engine "
+                        "bare, as they need Drake, got \"" +
+                        scene.model_directives + "\"");
   }
+  ContactSceneParams params{
+      .surfaces = scene.ContactSurfaces(),
+      .tool_radius = scene.tool == Tool::kSphere ? kTipRadius : kCornerRadius};
   if (params.surfaces.size() > ContactScene::kMaxSurfaces) {
-    throw ScenarioError(scenario.name + ".scene.boxes: expected at most " +
-                        std::to_string(ContactScene::kMaxSurfaces - 1) +
-                        " with engine bare, got " +
-                        std::to_string(scene.boxes.size()));
+    const int most = ContactScene::kMaxSurfaces - (scene.table ? 1 : 0);
+    throw ScenarioError(scenario.name + ".scene.surfaces: expected at most " +
+                        std::to_string(most) + " with engine bare, got " +
+                        std::to_string(scene.surfaces.size()));
   }
   return params;
 }
 
 SimulatedArmParams MakeSimulatedArmParams(const Scenario& scenario) {
-  const PandaSceneParams& scene = scenario.scene;
+  const SceneParams& scene = scenario.scene;
   SimulatedArmParams params{.period = scenario.control_period,
                             .time_step = scene.time_step,
                             .p_SE = kSensorToToolPoint,

@@ -14,7 +14,7 @@
 
 namespace dual_proxy {
 
-/** The scene as the bare engine has it: the table and all boxes.
+/** The scene as the bare engine has it: the table and all other surfaces.
 @throws ScenarioError if there is something that only Drake has. */
 ContactSceneParams MakeContactSceneParams(const Scenario& scenario);
 

@@ -86,12 +86,15 @@ std::string Join(const Parts&... parts) {
   return line.str();
 }
 
-// Of the contact that a loop is tried on.
-double ContactDamping(const PandaSceneParams& scene) {
+// Of the contact with a surface that a loop is tried on.
+ContactModel MakeContactModel(const SceneParams& scene,
+                              const ContactSurfaceParams& surface) {
   constexpr double kForce = 5;  // N
-  return scene.contact_approximation == ContactApproximation::kSap
-             ? scene.contact_stiffness * scene.relaxation_time
-             : kForce * scene.contact_dissipation;
+  ContactModel contact{.stiffness = surface.stiffness};
+  contact.damping = scene.contact_approximation == ContactApproximation::kSap
+                        ? surface.stiffness * scene.relaxation_time
+                        : kForce * surface.dissipation;
+  return contact;
 }
 
 // What is not stable with these steps, or nothing.
@@ -114,18 +117,34 @@ std::string FindUnstableLoop(const Scenario& scenario, double control_period,
   if (!UsesSelections(scenario.scheme)) return {};
   ForceLoopParams loop = MakeForceLoopParams(controller);
   loop.period = period;
-  const ContactModel contact{.stiffness = scenario.scene.contact_stiffness,
-                             .damping = ContactDamping(scenario.scene)};
-  if (!ForceLoopSettles(loop, contact, step)) {
-    return Join("force control (controller.force_gain ", controller.force_gain,
-                ") swings on a contact of ", contact.stiffness, " N/m");
+  for (const ContactSurfaceParams& surface : scenario.scene.ContactSurfaces()) {
+    const ContactModel contact = MakeContactModel(scenario.scene, surface);
+    if (!ForceLoopSettles(loop, contact, step)) {
+      return Join("force control (controller.force_gain ",
+                  controller.force_gain, ") swings on a contact of ",
+                  contact.stiffness, " N/m");
+    }
   }
-  if (!ForceLoopKeepsItsSpeedLimit(loop, contact.mass,
+  if (!ForceLoopKeepsItsSpeedLimit(loop, ContactModel().mass,
                                    std::min(step, kUsualStep))) {
     return Join("force control (controller.force_speed_limit ",
                 controller.force_speed_limit, ") is too fast in the air");
   }
   return {};
+}
+
+// Makes a path absolute, if there is one.
+void ResolvePath(const std::string& directory, std::string* file) {
+  if (file->empty()) return;
+  std::filesystem::path path = *file;
+  const char* home = std::getenv("HOME");
+  if (home != nullptr && (*file == "~" || file->starts_with("~/"))) {
+    path = home + file->substr(1);
+  }
+  std::error_code error;
+  path = std::filesystem::absolute(directory / path, error);
+  const auto canonical = std::filesystem::weakly_canonical(path, error);
+  *file = error ? path.string() : canonical.string();
 }
 
 }  // namespace
@@ -158,17 +177,8 @@ void Scenario::ApplyPresets() {
 }
 
 void Scenario::ResolvePaths(const std::string& directory) {
-  std::string& recording = operator_params.recording;
-  if (recording.empty()) return;
-  std::filesystem::path path = recording;
-  const char* home = std::getenv("HOME");
-  if (home != nullptr && (recording == "~" || recording.starts_with("~/"))) {
-    path = home + recording.substr(1);
-  }
-  std::error_code error;
-  path = std::filesystem::absolute(directory / path, error);
-  const auto canonical = std::filesystem::weakly_canonical(path, error);
-  recording = error ? path.string() : canonical.string();
+  ResolvePath(directory, &operator_params.recording);
+  ResolvePath(directory, &scene.model_directives);
 }
 
 void Scenario::Distribute() {
@@ -324,17 +334,12 @@ void Scenario::CheckWaypoints() const {
     if (reachable(i)) continue;
     const auto p = motion.points.col(i);
     throw ScenarioError(Join(
-        path, "[", i, "].position: expected a place ",
-        IsOverTable(p) ? "that the device reaches (scene.start_position is "
-                         "the middle of its workspace, map.scale its size)"
-                       : "over the table (scene.table_center, table_size)",
-        ", got [", p.x(), ", ", p.y(), ", ", p.z(), "]"));
+        path, "[", i,
+        "].position: expected a place that the device reaches "
+        "(scene.start_position is the middle of its workspace, map.scale its "
+        "size), got [",
+        p.x(), ", ", p.y(), ", ", p.z(), "]"));
   }
-}
-
-bool Scenario::IsOverTable(const Eigen::Vector3d& p) const {
-  const Eigen::Array2d aside = (p.head<2>() - scene.table_center).cwiseAbs();
-  return (aside <= scene.table_size.array() / 2).all();
 }
 
 Eigen::VectorX<bool> Scenario::Reachable(
@@ -345,7 +350,7 @@ Eigen::VectorX<bool> Scenario::Reachable(
   for (int i = 0; i < points.cols(); ++i) {
     const Eigen::Vector3d p = points.col(i);
     const Eigen::Vector3d x_h = map.R_DB * (p - map.p_cw) / map.scale;
-    result(i) = IsOverTable(p) && std::hypot(x_h.y(), x_h.z()) <= radius &&
+    result(i) = std::hypot(x_h.y(), x_h.z()) <= radius &&
                 std::abs(x_h.x()) <= half_length;
   }
   return result;

@@ -14,9 +14,9 @@
 #include "dual_proxy/control/haptic_controller.h"
 #include "dual_proxy/control/operational_space_controller.h"
 #include "dual_proxy/experiment/derived_keys.h"
-#include "dual_proxy/experiment/panda_scene_params.h"
 #include "dual_proxy/experiment/recording.h"
 #include "dual_proxy/experiment/scenario_error.h"
+#include "dual_proxy/experiment/scene_params.h"
 #include "dual_proxy/link/communication_channel.h"
 #include "dual_proxy/link/link_monitor.h"
 #include "dual_proxy/link/pose_sender.h"
@@ -172,7 +172,7 @@ struct Scenario {
   /** control_period and scene.time_step together may be 20 % longer before a
   loop does not come to rest (control/loop_stability.h). */
   double control_period{1e-3};
-  PandaSceneParams scene;
+  SceneParams scene;
   WorkspaceMapParams map;
   LinkParams link;
   RobotSideProxyParams robot_proxy{[] {
@@ -239,9 +239,9 @@ struct Scenario {
   /** Sets what `scheme` and `law` decide. */
   void ApplyPresets();
 
-  /** Makes operator.recording absolute: a relative one is in `directory`, ""
-  is the working directory. What reads a scenario from a file calls it with the
-  file's directory. */
+  /** Makes operator.recording and scene.model_directives absolute: a relative
+  one is in `directory`, "" is the working directory. What reads a scenario from
+  a file calls it with the file's directory. */
   void ResolvePaths(const std::string& directory = "");
 
   /** Copies shared values to where they are needed, resolves paths. */
@@ -252,12 +252,9 @@ struct Scenario {
   void Validate();
 
   /** Tells which of some points (columns, m, in B) the device can ask for. They
-  lie, mapped to the device, within 95 % of its workspace, and over the table.
-  The set is convex. */
+  lie, mapped to the device, within 95 % of its workspace. The set is convex. */
   Eigen::VectorX<bool> Reachable(
       const Eigen::Ref<const Eigen::Matrix3Xd>& points) const;
-  /** Whether a point (m, in B) is over the table. */
-  bool IsOverTable(const Eigen::Vector3d& p) const;
 
   /** Where the operator means the robot's tool to go: points in B, the
   waypoints or those of the recording, and rotations in B if a waypoint has one.

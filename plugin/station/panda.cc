@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/station/panda.h"
 
+#include <algorithm>
+#include <exception>
+#include <filesystem>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
@@ -11,6 +14,7 @@
 #include <drake/geometry/proximity_properties.h>
 #include <drake/multibody/inverse_kinematics/inverse_kinematics.h>
 #include <drake/multibody/parsing/parser.h>
+#include <drake/multibody/parsing/process_model_directives.h>
 #include <drake/multibody/tree/fixed_offset_frame.h>
 #include <drake/multibody/tree/revolute_joint.h>
 #include <drake/multibody/tree/weld_joint.h>
@@ -18,6 +22,8 @@
 
 #include "dual_proxy/faces/block_system.h"
 #include "dual_proxy/common/validate.h"
+#include "dual_proxy/experiment/drake_scene.h"
+#include "dual_proxy/experiment/scenario_error.h"
 
 namespace dual_proxy {
 
@@ -28,8 +34,13 @@ const char* PandaUrdf();
 namespace {
 
 using drake::geometry::Box;
+using drake::geometry::Capsule;
 using drake::geometry::Cylinder;
+using drake::geometry::Ellipsoid;
+using drake::geometry::GeometryId;
+using drake::geometry::HalfSpace;
 using drake::geometry::ProximityProperties;
+using drake::geometry::SceneGraphInspector;
 using drake::geometry::Shape;
 using drake::geometry::Sphere;
 using drake::math::RigidTransformd;
@@ -46,6 +57,8 @@ using drake::multibody::RigidBody;
 using drake::multibody::RotationalInertia;
 using drake::multibody::SpatialInertia;
 using drake::multibody::WeldJoint;
+using drake::multibody::parsing::LoadModelDirectives;
+using drake::multibody::parsing::ProcessModelDirectives;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
@@ -65,7 +78,7 @@ DiscreteContactApproximation ToDrake(ContactApproximation approximation) {
       return DiscreteContactApproximation::kSap;
   }
   throw std::invalid_argument(
-      "PandaSceneParams: field `contact_approximation` is none of its enum");
+      "SceneParams: field `contact_approximation` is none of its enum");
 }
 
 // Adds the arm, standing on the world, with sensor and tool. Its visuals come
@@ -103,7 +116,7 @@ struct TouchingBall {
   Vector3d p_SBall;  // Its centre, m, in S.
 };
 
-std::vector<TouchingBall> MakeTouchingBalls(const PandaSceneParams& params) {
+std::vector<TouchingBall> MakeTouchingBalls(const SceneParams& params) {
   if (params.tool == Tool::kSphere) {
     return {{"tip", kTipRadius, kSensorToToolPoint}};
   }
@@ -117,7 +130,7 @@ std::vector<TouchingBall> MakeTouchingBalls(const PandaSceneParams& params) {
 
 // The shapes stand along z of S.
 void DrawTool(MultibodyPlant<double>* plant, const RigidBody<double>& tool,
-              const PandaSceneParams& params) {
+              const SceneParams& params) {
   const Vector4d dark(0.16, 0.17, 0.19, 1);
   const Vector4d steel(0.66, 0.69, 0.73, 1);
   const auto draw = [&](const std::string& name, const Shape& shape,
@@ -138,21 +151,65 @@ void DrawTool(MultibodyPlant<double>* plant, const RigidBody<double>& tool,
   }
 }
 
-// Contact properties of one body; tool and surfaces each carry them. Drake
-// combines two bodies' stiffness in series, adds their relaxation times, and
-// takes the stiffness-weighted mean of their Hunt-Crossley coefficients and the
-// harmonic mean of their frictions. A contact with a surface has this `share`
-// of the whole stiffness.
-ProximityProperties MakeProximityProperties(const PandaSceneParams& params,
-                                            double share = 1) {
+ProximityProperties MakeProximityProperties(const DrakeMaterial& material) {
   ProximityProperties properties;
   drake::geometry::AddContactMaterial(
-      params.contact_dissipation,
-      2 * params.contact_stiffness * share / (2 - share),
-      CoulombFriction<double>(params.friction, params.friction), &properties);
+      material.dissipation, material.stiffness,
+      CoulombFriction<double>(material.friction, material.friction),
+      &properties);
   properties.AddProperty("material", "relaxation_time",
-                         params.relaxation_time / 2);
+                         material.relaxation_time);
   return properties;
+}
+
+std::unique_ptr<Shape> MakeShape(const DrakeSurface& surface) {
+  switch (surface.shape) {
+    case SurfaceShape::kBox:
+      return std::make_unique<Box>(surface.size);
+    case SurfaceShape::kSphere:
+      return std::make_unique<Sphere>(surface.radius);
+    case SurfaceShape::kCylinder:
+      return std::make_unique<Cylinder>(surface.radius, surface.length);
+    case SurfaceShape::kCapsule:
+      return std::make_unique<Capsule>(surface.radius, surface.length);
+    default:
+      return std::make_unique<HalfSpace>();
+  }
+}
+
+// Adds the models of a file of directives, if there is one.
+void AddModels(const std::string& path, MultibodyPlant<double>* plant) {
+  if (path.empty()) return;
+  drake::multibody::Parser parser(plant);
+  const auto package =
+      std::filesystem::path(path).parent_path() / "package.xml";
+  try {
+    if (std::filesystem::exists(package)) {
+      parser.package_map().AddPackageXml(package);
+    }
+    ProcessModelDirectives(LoadModelDirectives(path), &parser);
+  } catch (const std::exception& error) {
+    std::string text = error.what();
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    throw ScenarioError("scene.model_directives: " + path + ": " + text);
+  }
+}
+
+// Throws for a geometry whose contacts would be wrong.
+void CheckModels(const MultibodyPlant<double>& plant,
+                 const SceneGraphInspector<double>& inspector) {
+  for (const GeometryId id :
+       inspector.GetAllGeometryIds(drake::geometry::Role::kProximity)) {
+    if (dynamic_cast<const Ellipsoid*>(&inspector.GetShape(id)) == nullptr) {
+      continue;
+    }
+    const RigidBody<double>& body =
+        *plant.GetBodyFromFrameId(inspector.GetFrameId(id));
+    throw ScenarioError(
+        "scene.model_directives: " +
+        EllipsoidProblem(inspector.GetName(id), body.name(),
+                         plant.GetModelInstanceName(body.model_instance())));
+  }
 }
 
 // Reads the numbers of a finalized plant that has no more than the arm.
@@ -195,7 +252,7 @@ ArmModelParams CalcArmModelParams(const MultibodyPlant<double>& plant) {
 }  // namespace
 
 PandaScene AddPandaScene(drake::systems::DiagramBuilder<double>* builder,
-                         const PandaSceneParams& params, const Vector7& q_start,
+                         const SceneParams& params, const Vector7& q_start,
                          bool drawn) {
   params.Validate();
   ThrowUnlessIn("AddPandaScene", "q_start", q_start, Finite());
@@ -221,26 +278,30 @@ PandaScene AddPandaScene(drake::systems::DiagramBuilder<double>* builder,
   const RigidBody<double>& tool = plant->GetBodyByName("tool", scene.arm);
   if (drawn) DrawTool(plant, tool, params);
   const std::vector<TouchingBall> balls = MakeTouchingBalls(params);
-  const ProximityProperties tool_properties =
-      MakeProximityProperties(params, 1.0 / static_cast<double>(balls.size()));
+  const DrakeScene touching = MakeDrakeScene(params);
+  const ProximityProperties ball_properties =
+      MakeProximityProperties(touching.ball);
   for (const TouchingBall& ball : balls) {
     plant->RegisterCollisionGeometry(tool, RigidTransformd(ball.p_SBall),
                                      Sphere(ball.radius), ball.name,
-                                     tool_properties);
+                                     ball_properties);
   }
-  const ProximityProperties properties = MakeProximityProperties(params);
-  for (const BoxParams& box : params.AllBoxes()) {
-    const RigidTransformd X_BBox(RotationMatrixd::MakeZRotation(box.yaw),
-                                 box.center);
-    const Box shape(box.size);
-    const RigidBody<double>& world = plant->world_body();
-    if (drawn) {
-      plant->RegisterVisualGeometry(world, X_BBox, shape, box.name, box.color);
+  const RigidBody<double>& world = plant->world_body();
+  for (const DrakeSurface& surface : touching.surfaces) {
+    plant->RegisterCollisionGeometry(world, ToRigidTransform(surface.X_BG),
+                                     *MakeShape(surface), surface.name,
+                                     MakeProximityProperties(surface.material));
+  }
+  if (drawn) {
+    for (const DrakeSurface& surface : MakePicture(params)) {
+      plant->RegisterVisualGeometry(world, ToRigidTransform(surface.X_BG),
+                                    *MakeShape(surface), surface.name,
+                                    surface.color);
     }
-    plant->RegisterCollisionGeometry(world, X_BBox, shape, box.name,
-                                     properties);
   }
+  AddModels(params.model_directives, plant);
   plant->Finalize();
+  CheckModels(*plant, scene.scene_graph->model_inspector());
   plant->SetDefaultPositions(scene.arm, q_start);
   scene.tool_body = tool.index();
   scene.sensor_joint = plant->GetJointByName("ft_sensor", scene.arm).index();
@@ -249,7 +310,7 @@ PandaScene AddPandaScene(drake::systems::DiagramBuilder<double>* builder,
 
 // Time step 0: there is no solver of the plant's own to set up.
 PandaModel::PandaModel(double tool_mass, double gravity) : plant_(0.0) {
-  PandaSceneParams checked;
+  SceneParams checked;
   checked.tool_mass = tool_mass;
   checked.gravity = gravity;
   checked.Validate();

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "dual_proxy/control/arm_model.h"
-#include "dual_proxy/experiment/panda_scene_params.h"
+#include "dual_proxy/experiment/scene_params.h"
 
 namespace dual_proxy {
 
@@ -34,7 +34,7 @@ struct PandaScene {
   /** Finalized, connected, and owned by the diagram. */
   drake::multibody::MultibodyPlant<double>* plant{};
   drake::geometry::SceneGraph<double>* scene_graph{};
-  PandaSceneParams params;  ///< What it was built with.
+  SceneParams params;  ///< What it was built with.
   /** Arm and tool. */
   drake::multibody::ModelInstanceIndex arm;
   /** For ContactTruthSystem. */
@@ -60,9 +60,11 @@ struct PandaScene {
   }
 };
 
-/** Adds the simulated Panda, its table and boxes to a diagram.
+/** Adds the simulated Panda, the surfaces of its scene and what its model
+directives name to a diagram. If there is a package.xml beside their file, that
+folder is a package.
 
-Only the tool's tip and the boxes carry collision geometry. The plant is
+Of arm and tool only what touches carries collision geometry. The plant is
 discrete and its output ports are sampled: reaction forces and contact results
 are those of the last step (zero and empty before the first).
 
@@ -70,9 +72,11 @@ are those of the last step (zero and empty before the first).
 @param drawn   whether there is anything to see; what is not drawn need not be
                moved along in every step. The physics are the same.
 @throws std::invalid_argument if `params` is invalid or `q_start` not finite.
+@throws ScenarioError "scene.KEY: ..." if Drake has not what the scene has, if
+the model directives cannot be read, or a model touches with an Ellipsoid.
 @pre `builder` is not null. */
 PandaScene AddPandaScene(drake::systems::DiagramBuilder<double>* builder,
-                         const PandaSceneParams& params, const Vector7& q_start,
+                         const SceneParams& params, const Vector7& q_start,
                          bool drawn);
 
 /** What a controller knows of the Panda: the numbers of its ArmModel, and

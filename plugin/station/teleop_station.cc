@@ -88,13 +88,17 @@ class StationBuilder {
 
   // The arm in its scene, and what its tool really touches.
   void AddRobot() {
-    const PandaSceneParams& params = scenario_.scene;
+    const SceneParams& params = scenario_.scene;
     const bool angular = scenario_.has_angular_filter();
     const PandaModel model(params.tool_mass, params.gravity);
     arm_ = model.arm_params();
     q_start_ = model.SolveInverseKinematics(
         scenario_.map.p_cw, scenario_.map.R_cw, scenario_.controller.q_rest);
-    scene_ = AddPandaScene(&builder_, params, q_start_, false);
+    try {
+      scene_ = AddPandaScene(&builder_, params, q_start_, false);
+    } catch (const ScenarioError& error) {
+      throw ScenarioError(scenario_.name + "." + error.what());
+    }
     auto* truth =
         Add<ContactTruthSystem>("contact_truth", scene_->tool_body, angular);
     builder_.Connect(scene_->get_contact_results_output_port(),

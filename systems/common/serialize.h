@@ -24,7 +24,13 @@ which works with every archive that has a Visit() for a NameValue: Drake's YAML
 reader (LoadYamlFile), the Python bindings' reader and writer of mappings, their
 classes, ValidateFields(), and a few small ones that only want the names or the
 nested structs. Leaves are bool, integers, double, std::string, fixed-size Eigen
-vectors and matrices, and std::vectors of structs. */
+vectors and matrices, std::optionals of those (nothing: not written), and
+std::vectors of structs. */
+
+template <typename T>
+inline constexpr bool kIsOptional = false;
+template <typename T>
+inline constexpr bool kIsOptional<std::optional<T>> = true;
 
 /** A field's name and where it is. What Drake's archives take. */
 template <typename T>
@@ -88,15 +94,18 @@ FieldValue<T> Field(const char* name, T* value, const char* meaning) {
 
 /** Visits an enum by the name of its value (EnumStrings); an archive that has a
 VisitEnumField() gets the enum itself.
+@param required  see NameValue::required().
 @throws InvalidField if the archive sets a name that is none. */
 template <typename Archive, typename Enum>
 void VisitEnum(Archive* a, const char* who, const char* name, Enum* value,
-               const char* meaning) {
+               const char* meaning, bool required = false) {
   if constexpr (requires { a->VisitEnumField(name, value, meaning); }) {
     a->VisitEnumField(name, value, meaning);
   } else {
     std::string string = EnumToString(*value);
-    a->Visit(Field(name, &string, meaning));
+    FieldValue<std::string> field = Field(name, &string, meaning);
+    if (required) field.Required();
+    a->Visit(field);
     const std::optional<Enum> found = EnumFromString<Enum>(string);
     if (!found) {
       throw InvalidField(
@@ -133,6 +142,8 @@ class FieldChecker {
       value.Validate();
     } else if constexpr (requires { value.begin()->Validate(); }) {
       for (const auto& item : value) item.Validate();
+    } else if constexpr (kIsOptional<T>) {
+      if (value && range) ThrowUnlessIn(who_, field.name(), *value, *range);
     } else if constexpr (requires { ThrowUnlessIn("", "", value, Range()); }) {
       if (range) ThrowUnlessIn(who_, field.name(), value, *range);
     }

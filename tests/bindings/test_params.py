@@ -28,7 +28,12 @@ FULL = {
     _core.ContactSceneParams: lambda: dp.ContactSceneParams(
         surfaces=[dp.ContactSurfaceParams(radius=0.2)]
     ),
-    _core.PandaSceneParams: lambda: dp.PandaSceneParams(boxes=[dp.BoxParams(name="a")]),
+    _core.SceneParams: lambda: dp.SceneParams(
+        surfaces=[
+            dp.SurfaceParams(name="a", shape="box", size=[1, 2, 3]),
+            dp.SurfaceParams(name="b", stiffness=300.0),
+        ]
+    ),
     _core.OperatorParams: lambda: dp.OperatorParams(
         waypoints=[dp.Waypoint(), dp.Waypoint(time=2.0)]
     ),
@@ -237,7 +242,8 @@ def test_the_schema_has_every_field(params):
         elif isinstance(value, tuple):
             assert kinds[name] == list[type(value[0])]
         else:
-            assert kinds[name] is type(value)
+            kind = kinds[name]
+            assert type(value) in (typing.get_args(kind) or (kind,))
 
 
 @pytest.mark.parametrize("params", PARAMS, ids=name_of)
@@ -264,9 +270,12 @@ def test_a_field_says_unit_range_and_default():
     rotation = told(dp.WorkspaceMapParams, "R_DB")
     assert rotation[:3] == ("", "a rotation matrix", "identity")
     assert rotation[3].startswith("(3, 3), a rotation matrix: ")
-    color = told(dp.BoxParams, "color")
+    color = told(dp.SurfaceParams, "color")
     assert color[1:3] == ("in [0, 1]", "[0.8, 0.7, 0.56, 1]")
-    assert told(dp.PandaSceneParams, "boxes")[1] == "list of BoxParams"
+    assert told(dp.SceneParams, "surfaces")[1] == "list of SurfaceParams"
+    size = told(dp.SurfaceParams, "size")
+    assert size[:3] == ("m", "in [0.0001, 10]", "")
+    assert size[3].startswith("(3,), m, in [0.0001, 10]: ")
 
 
 @dataclasses.dataclass
@@ -275,7 +284,7 @@ class Mine:
         default_factory=lambda: dp.ForceSpaceParticleFilterParams(period=0.01)
     )
     link: dp.LinkParams = dataclasses.field(default_factory=dp.LinkParams)
-    scene: dp.PandaSceneParams | None = None
+    scene: dp.SceneParams | None = None
     hands: dict[str, dp.SimulatedHapticDeviceParams] = dataclasses.field(
         default_factory=dict
     )
@@ -291,7 +300,9 @@ def test_a_dataclass_of_ones_own_with_params_in_it():
         data="""
           filter: {num_particles: 300, update_thresholds: {force_low: 1e-3}}
           link: {delay: 0.1, timeout: 1}
-          scene: {boxes: [{name: a, size: [0.1, 0.2, 0.3]}], tool: flat}
+          scene:
+            tool: flat
+            surfaces: [{name: a, shape: box, size: [0.1, 0.2, 0.3], friction: 0.4}]
           hands: {left: {hand_mass: 1}}
           path: [{time: 1, position: [0.4, 0.0, 0.2]}]
           law: !VirtualSpringParams {}
@@ -303,7 +314,10 @@ def test_a_dataclass_of_ones_own_with_params_in_it():
     assert dut.link.channel.delay == 0.1
     assert dut.link.monitor.timeout == 1.0
     assert dut.scene.tool == "flat"
-    assert dut.scene.boxes[0].size[2] == 0.3
+    (surface,) = dut.scene.surfaces
+    assert surface.size[2] == 0.3
+    assert surface.friction == 0.4
+    assert surface.stiffness is None
     assert dut.hands["left"].hand_mass == 1.0
     assert dut.path[0].position[2] == 0.2
     assert isinstance(dut.law, dp.VirtualSpringParams)
@@ -319,7 +333,7 @@ def test_what_is_not_written_keeps_the_given_default():
 
 
 def test_errors_of_the_schema_are_drakes_and_of_the_values_are_ours():
-    kind = dp.PandaSceneParams
+    kind = dp.SceneParams
     with pytest.raises(RuntimeError, match=r"'fricton'.* unknown to the schema"):
         yaml_load_typed(schema=kind, data="{fricton: 1}")
     with pytest.raises(ValueError, match="field `tool` expected one of"):

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -57,6 +58,19 @@ struct StringArchive {
   std::string replacement;
 };
 
+struct Purse {
+  std::optional<double> notes;
+  std::optional<Eigen::Vector2d> coins;
+
+  void Validate() const { ValidateFields("Purse", *this); }
+
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(Field("notes", &notes, Above(0), "euro", "if there are any"));
+    a->Visit(Field("coins", &coins, Between(0, 9), "", "of two kinds"));
+  }
+};
+
 struct Stall {
   Eigen::Vector2d place{1, 2};
   double price{3};
@@ -73,6 +87,18 @@ struct Stall {
     a->Visit(Field("till", &till, "change"));
   }
 };
+
+TEST(SerializeTest, AnOptionalFieldIsCheckedIfItIsThere) {
+  Purse dut;
+  EXPECT_EQ(ValidationError(dut), "no exception");
+  dut.notes = -5;
+  EXPECT_EQ(ValidationError(dut),
+            "Purse: field `notes` expected a finite value > 0, got -5");
+  dut.notes = 5;
+  dut.coins = Eigen::Vector2d(3, 10);
+  EXPECT_EQ(ValidationError(dut),
+            "Purse: field `coins[1]` expected a number in [0, 9], got 10");
+}
 
 TEST(SerializeTest, AFieldKeepsWhatIsSaidOfIt) {
   double x = 3;

@@ -87,10 +87,17 @@ TEST(BareEngineTest, SaysWhatOnlyDrakeHas) {
   };
   Scenario scenario = MakeScenario(SchemeOf<DualProxyScheme>);
   EXPECT_EQ(error(scenario), "no exception");
-  scenario.scene.boxes.resize(ContactScene::kMaxSurfaces);
+  scenario.scene.surfaces.resize(ContactScene::kMaxSurfaces);
   EXPECT_EQ(error(scenario),
-            "tiny.scene.boxes: expected at most 7 with engine bare, got 8");
-  scenario.scene.boxes.clear();
+            "tiny.scene.surfaces: expected at most 7 with engine bare, got 8");
+  scenario.scene.table = false;
+  EXPECT_EQ(error(scenario), "no exception");
+  scenario.scene = {};
+  scenario.scene.model_directives = "models.dmd.yaml";
+  EXPECT_EQ(error(scenario),
+            "tiny.scene.model_directives: expected none with engine bare, as "
+            "they need Drake, got \"models.dmd.yaml\"");
+  scenario.scene = {};
   scenario.scene.contact_approximation = ContactApproximation::kSap;
   EXPECT_NE(error(scenario).find("scene.contact_approximation"),
             std::string::npos);

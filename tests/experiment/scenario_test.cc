@@ -6,6 +6,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -74,6 +75,11 @@ class TreeReader {
     } else {
       *value = std::stod(tree.text);
     }
+  }
+
+  template <typename T>
+  static void Read(const Tree& tree, std::optional<T>* value) {
+    Read(tree, &value->emplace());
   }
 
   template <typename T>
@@ -354,13 +360,19 @@ TEST(ScenarioTest, WrongFieldsAreNamedByTheirPath) {
   EXPECT_EQ(ErrorAfter([](S* s) { s->scene.friction = -1; }),
             "tiny.scene.friction: expected a number in [0, 5], got -1");
   EXPECT_EQ(ErrorAfter([](S* s) {
-              s->scene.boxes.resize(2);
-              s->scene.boxes[1].size(0) = 0;
+              s->scene.surfaces.resize(2);
+              s->scene.surfaces[1].size = Eigen::Vector3d(0, 1, 1);
             }),
-            "tiny.scene.boxes[1].size[0]: expected a number in [0.0001, 10], "
-            "got 0");
-  EXPECT_EQ(ErrorAfter([](S* s) { s->scene.boxes.resize(1); }),
-            "tiny.scene.boxes: expected names used once, not empty and not "
+            "tiny.scene.surfaces[1].size[0]: expected a number in "
+            "[0.0001, 10], got 0");
+  EXPECT_EQ(ErrorAfter([](S* s) {
+              s->scene.surfaces.resize(1);
+              s->scene.surfaces[0].radius = 0.1;
+            }),
+            "tiny.scene.surfaces[0].radius: expected none, as a half_space has "
+            "no use for it, got a value");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->scene.surfaces.resize(1); }),
+            "tiny.scene.surfaces: expected names used once, not empty and not "
             "'table', got ['']");
   EXPECT_EQ(ErrorAfter([](S* s) { s->map.scale = 0; }),
             "tiny.map.scale: expected a finite value > 0, got 0");
@@ -433,6 +445,13 @@ TEST(ScenarioTest, PeriodsAtWhichTheLawIsNotStableAreRefused) {
             "tiny.control_period: expected at most 0.004 s with "
             "scene.time_step 0.001 s, as force control (controller.force_gain "
             "2.5) swings on a contact of 30000 N/m, got 0.005");
+  EXPECT_EQ(ErrorAfter([](Scenario* s) {
+              s->scene.surfaces = {{.name = "steel", .stiffness = 1e6}};
+              s->control_period = 4e-3;
+            }),
+            "tiny.control_period: expected at most 0.001 s with "
+            "scene.time_step 0.001 s, as force control (controller.force_gain "
+            "2.5) swings on a contact of 1e+06 N/m, got 0.004");
   EXPECT_NE(error(1.0 / 240, 1.0 / 240), "no exception");
   EXPECT_EQ(error(0.011, 1e-3),
             "tiny.control_period: expected a number in [1e-05, 0.01], got "
@@ -475,8 +494,16 @@ TEST(ScenarioTest, WaypointsAreChecked) {
             "tiny.operator.waypoints[2].time: expected more than the one "
             "before (1 s), got 1");
   EXPECT_EQ(error({{0, p}, {1, {0.9, 0, 0.1}}}),
-            "tiny.operator.waypoints[1].position: expected a place over the "
-            "table (scene.table_center, table_size), got [0.9, 0, 0.1]");
+            "tiny.operator.waypoints[1].position: expected a place that the "
+            "device reaches (scene.start_position is the middle of its "
+            "workspace, map.scale its size), got [0.9, 0, 0.1]");
+  // There need not be a table below.
+  const Eigen::Vector3d aside{0.55, 0, 0.18};
+  EXPECT_EQ(ErrorAfter([&](Scenario* s) {
+              s->scene.table_size << 0.01, 0.01;
+              s->operator_params.waypoints = {{0, p}, {1, aside}};
+            }),
+            "no exception");
 }
 
 TEST(ScenarioTest, ARecordingTakesTheWaypointsPlace) {
@@ -568,28 +595,23 @@ TEST(ScenarioTest, TheAngularFilterIsOffAndPartOfTheDualProxy) {
             "finite value > force_low = 0.08, got 0.01");
 }
 
-TEST(ScenarioTest, ReachableIsOverTheTableAndWithinTheDevicesWorkspace) {
+TEST(ScenarioTest, ReachableIsWithinTheDevicesWorkspace) {
   Scenario dut = ValidScenario();
   // x of D is y of B, so that the cylinder's axis lies along y of B.
   dut.map.R_DB << 0, 1, 0, -1, 0, 0, 0, 0, 1;
-  dut.scene.table_center << 0.5, 0;
-  dut.scene.table_size << 0.2, 2;
   dut.scene.start_position << 0.45, 0, 0.2;
   dut.Distribute();
   const double length = 0.95 * 0.055 * 2.5;
   const double radius = 0.95 * 0.08 * 2.5;
-  Eigen::Matrix3Xd points(3, 7);
+  Eigen::Matrix3Xd points(3, 5);
   points.col(0) << 0.45, 0, 0.2;
   points.col(1) << 0.45, length - 1e-6, 0.2;
   points.col(2) << 0.45, length + 1e-6, 0.2;
   points.col(3) << 0.45, 0, 0.2 + radius - 1e-6;
   points.col(4) << 0.45, 0, 0.2 + radius + 1e-6;
-  points.col(5) << 0.4 + 1e-6, 0, 0.2;
-  points.col(6) << 0.4 - 1e-6, 0, 0.2;  // Beside the table.
   const Eigen::VectorX<bool> reachable = dut.Reachable(points);
   const std::vector<bool> result(reachable.begin(), reachable.end());
-  EXPECT_EQ(result,
-            std::vector<bool>({true, true, false, true, false, true, false}));
+  EXPECT_EQ(result, std::vector<bool>({true, true, false, true, false}));
 }
 
 // 2300 x 0.001 is a bit more than 2.3: the last period would not be reached.

@@ -36,13 +36,13 @@ from dual_proxy.panda import (
     rotation_truth,
     sensor_reaction,
 )
-from dual_proxy.panda_params import (
+from dual_proxy.scene_params import (
     CORNER_RADIUS,
     TIP_RADIUS,
     TOOL_COM_S,
     TOOL_MASS,
-    BoxParams,
-    PandaSceneParams,
+    SceneParams,
+    SurfaceParams,
 )
 
 GRAVITY = 9.81
@@ -54,6 +54,10 @@ DATA = Path(
     )
 )
 URDF = Path(dual_proxy.__path__[0]) / "models" / "panda.urdf"
+
+
+def box(name: str, position, size) -> SurfaceParams:
+    return SurfaceParams(name=name, shape="box", position=position, size=size)
 
 
 @pytest.fixture(scope="module")
@@ -242,7 +246,7 @@ def test_bias_is_lagranges_without_gravity(model):
 
 @pytest.mark.parametrize("tool_mass", [TOOL_MASS, 2.3])
 def test_terms_equal_the_simulators(tool_mass):
-    params = PandaSceneParams(tool_mass=tool_mass)
+    params = SceneParams(tool_mass=tool_mass)
     plant = add_panda_scene(DiagramBuilder(), params).plant
     context = plant.CreateDefaultContext()
     model = PandaModel(tool_mass)
@@ -360,7 +364,7 @@ def test_what_is_not_drawn_has_no_visuals():
 
 
 def test_the_physics_are_the_same_drawn_or_not():
-    params = PandaSceneParams(table_height=0.3)
+    params = SceneParams(table_height=0.3)
     states = []
     for drawn in (True, False):
         builder = DiagramBuilder()
@@ -377,9 +381,9 @@ def test_the_physics_are_the_same_drawn_or_not():
     assert np.array_equal(*states)
 
 
-def test_only_the_tip_and_the_boxes_can_touch():
-    wall = BoxParams(name="wall", center=(0.6, 0.0, 0.2), size=(0.1, 0.1, 0.2))
-    scene = add_panda_scene(DiagramBuilder(), PandaSceneParams(boxes=[wall]))
+def test_only_the_tip_and_the_surfaces_can_touch():
+    wall = box("wall", (0.6, 0.0, 0.2), (0.1, 0.1, 0.2))
+    scene = add_panda_scene(DiagramBuilder(), SceneParams(surfaces=[wall]))
     inspector = scene.scene_graph.model_inspector()
     assert inspector.NumGeometriesWithRole(Role.kProximity) == 3
     (tip,) = scene.plant.GetCollisionGeometriesForBody(
@@ -390,7 +394,7 @@ def test_only_the_tip_and_the_boxes_can_touch():
 
 
 def test_a_flat_tool_touches_with_its_corners():
-    params = PandaSceneParams(tool="flat", tool_size=0.05)
+    params = SceneParams(tool="flat", tool_size=0.05)
     scene = add_panda_scene(DiagramBuilder(), params)
     inspector = scene.scene_graph.model_inspector()
     tool = scene.plant.get_body(scene.tool_body)
@@ -411,7 +415,7 @@ def test_a_flat_tool_touches_with_its_corners():
 
 
 def test_scene_keeps_a_copy_of_its_params():
-    params = PandaSceneParams()
+    params = SceneParams()
     scene = add_panda_scene(DiagramBuilder(), params)
     params.friction = 0.7
     assert scene.params.friction == 0.3
@@ -420,7 +424,7 @@ def test_scene_keeps_a_copy_of_its_params():
 def test_scene_refuses_bad_arguments():
     with pytest.raises(ValueError, match=r"`q_start` expected shape \(7,\), got \(5,"):
         add_panda_scene(DiagramBuilder(), q_start=np.zeros(5))
-    params = PandaSceneParams()
+    params = SceneParams()
     params.friction = -0.1
     with pytest.raises(ValueError, match="friction"):
         add_panda_scene(DiagramBuilder(), params)
@@ -454,9 +458,9 @@ class Spring(LeafSystem):
 class Bench:
     """A simulated arm that a spring pulls along a target."""
 
-    def __init__(self, target, params: PandaSceneParams | None = None) -> None:
+    def __init__(self, target, params: SceneParams | None = None) -> None:
         builder = DiagramBuilder()
-        params = params or PandaSceneParams()
+        params = params or SceneParams()
         self.model = PandaModel(params.tool_mass)
         q_start = self.model.inverse_kinematics(target(0.0))
         self.scene = add_panda_scene(builder, params, q_start)
@@ -508,7 +512,7 @@ def still(x, y, z):
 
 
 def test_sensor_in_the_air_reads_the_tools_weight():
-    bench = Bench(still(0.45, 0.0, 0.18), PandaSceneParams(tool_mass=0.5))
+    bench = Bench(still(0.45, 0.0, 0.18), SceneParams(tool_mass=0.5))
     bench.advance(1.5)
     weight = 0.5 * GRAVITY
     # The arm holds the tool up; S points down and its axes are link 7's.
@@ -522,7 +526,7 @@ def test_sensor_in_the_air_reads_the_tools_weight():
 
 @pytest.mark.parametrize("approximation", APPROXIMATIONS)
 def test_pressing_reads_into_the_surface(approximation):
-    params = PandaSceneParams(contact_approximation=approximation)
+    params = SceneParams(contact_approximation=approximation)
     bench = Bench(still(0.45, 0.02, params.contact_height - 0.008), params)
     bench.advance(1.5)
     # Regularised stiction creeps a little.
@@ -564,7 +568,7 @@ def test_sensor_reaction_system_gives_what_the_function_gives():
 @pytest.mark.parametrize("approximation", APPROXIMATIONS)
 @pytest.mark.parametrize("friction", [0.1, 0.3])
 def test_sliding_obeys_coulomb(approximation, friction):
-    params = PandaSceneParams(friction=friction, contact_approximation=approximation)
+    params = SceneParams(friction=friction, contact_approximation=approximation)
 
     def target(time):
         return np.array(
@@ -586,8 +590,8 @@ def test_sliding_obeys_coulomb(approximation, friction):
 
 
 def test_a_corner_has_two_normals():
-    wall = BoxParams(name="wall", center=(0.60, 0.0, 0.2), size=(0.1, 0.4, 0.2))
-    params = PandaSceneParams(boxes=[wall], friction=0.0)
+    wall = box("wall", (0.60, 0.0, 0.2), (0.1, 0.4, 0.2))
+    params = SceneParams(surfaces=[wall], friction=0.0)
 
     def target(time):
         share = min(time / 0.6, 1.0)
@@ -606,8 +610,8 @@ def test_a_corner_has_two_normals():
 
 
 def test_two_boxes_of_one_height_are_one_normal():
-    step = BoxParams(name="step", center=(0.5, 0.0, 0.05), size=(0.2, 0.2, 0.1))
-    bench = Bench(still(0.45, 0.0, 0.102), PandaSceneParams(boxes=[step]))
+    step = box("step", (0.5, 0.0, 0.05), (0.2, 0.2, 0.1))
+    bench = Bench(still(0.45, 0.0, 0.102), SceneParams(surfaces=[step]))
     bench.advance(1.0)
     results = bench.scene.contact_results_port.Eval(bench.plant_context)
     assert results.num_point_pair_contacts() == 2
@@ -619,7 +623,7 @@ def test_two_boxes_of_one_height_are_one_normal():
 
 
 def test_a_flat_tool_presses_as_a_sphere_does():
-    params = PandaSceneParams(tool="flat")
+    params = SceneParams(tool="flat")
     bench = Bench(still(0.45, 0.02, params.contact_height - 0.008), params)
     assert params.contact_height == params.table_height
     bench.advance(0.1)

@@ -13,8 +13,8 @@ from pydrake.geometry import Meshcat, MeshcatParams
 
 from dual_proxy.log import SIGNALS
 from dual_proxy.panda import Q_REST
-from dual_proxy.panda_params import BoxParams, PandaSceneParams
 from dual_proxy.replay import REPLAY_COLUMNS, SceneDrawer, write_replay
+from dual_proxy.scene_params import SceneParams, SurfaceParams
 
 ARROWS = "/dual_proxy/arrows"
 MARKERS = "/dual_proxy/markers"
@@ -174,9 +174,19 @@ def test_what_is_not_finite_is_not_drawn(meshcat):
 
 
 def test_scene_is_drawn_before_the_first_row(meshcat):
-    wall = BoxParams(name="wall", center=(0.6, 0.0, 0.2), size=(0.1, 0.1, 0.2))
-    SceneDrawer(meshcat, PandaSceneParams(boxes=[wall]))
-    for name in ("table", "wall", "panda/panda_link7", "panda/tool"):
+    surfaces = [
+        SurfaceParams(name="wall", shape="box", size=(0.1, 0.1, 0.2)),
+        SurfaceParams(name="ball", shape="sphere", radius=0.1),
+        SurfaceParams(name="rod", shape="capsule", radius=0.02, length=0.1),
+        SurfaceParams(name="floor"),
+        # What Drake cannot simulate it can draw, as the bare engine's world.
+        SurfaceParams(
+            name="bore", shape="cylinder", radius=0.3, length=0.0, hollow=True
+        ),
+    ]
+    SceneDrawer(meshcat, SceneParams(surfaces=surfaces))
+    names = [surface.name for surface in surfaces]
+    for name in (*names, "table", "panda/panda_link7", "panda/tool"):
         assert meshcat.HasPath(f"/dual_proxy/scene/{name}")
 
 

@@ -24,6 +24,7 @@ tiny:
       - {time: 0, position: [0.45, 0, 0.18]}
       - {time: 1, position: [0.45, 0, 0.15]}
 """
+BALL = {"name": "a", "shape": "sphere", "position": [0, 0, 0], "radius": 1}
 
 
 def load_text(tmp_path, text):
@@ -108,17 +109,22 @@ def test_one_of_everything_round_trips(plane, tmp_path):
         "robot_proxy.workspace.shape": "cylinder",
         "robot_proxy.handover": "printed",
         "scene.contact_approximation": "sap",
-        "scene.boxes": [{"name": "wall", "center": [1, 2, 3], "size": [1, 1, 1]}],
+        "scene.surfaces": [
+            {"name": "ball", "shape": "sphere", "position": [1, 2, 3], "radius": 1}
+        ],
+        "scene.model_directives": "/models.dmd.yaml",
         "map.R_DB": [[0, 1, 0], [-1, 0, 0], [0, 0, 1]],
     }
     dut = plane.with_overrides(values)
     for key, value in values.items():
-        if key not in ("scene.boxes",):
+        if key not in ("scene.surfaces",):
             assert leaf(dut, key) == value, key
     again = load_text(tmp_path, dut.to_yaml())
     assert again == dut
     assert again.to_yaml() == dut.to_yaml()
-    assert again.scene.boxes[0].yaw == 0.0
+    (ball,) = again.scene.surfaces
+    assert ball.radius == 1.0
+    assert ball.size is None
 
 
 def leaf(dut, key):
@@ -237,13 +243,46 @@ def test_shared_values_are_written_once(plane):
             '"sap", got "x"',
         ),
         (
-            "scene.boxes",
-            [{"name": "a"}],
-            r"plane.scene.boxes\[0\]: missing key 'center'",
+            "scene.surfaces",
+            [{"name": "a", "position": [0, 0, 0]}],
+            r"plane.scene.surfaces\[0\]: missing key 'shape'",
         ),
-        ("scene.boxes", [{"nam": "a"}], r"plane.scene.boxes\[0\]: unknown key 'nam', "),
-        ("scene.boxes", [3], r"plane.scene.boxes\[0\]: expected a mapping, got 3"),
-        ("scene.boxes", 3, "plane.scene.boxes: expected a list, got 3"),
+        (
+            "scene.surfaces",
+            [{"nam": "a"}],
+            r"plane.scene.surfaces\[0\]: unknown key 'nam', ",
+        ),
+        (
+            "scene.surfaces",
+            [3],
+            r"plane.scene.surfaces\[0\]: expected a mapping, got 3",
+        ),
+        ("scene.surfaces", 3, "plane.scene.surfaces: expected a list, got 3"),
+        (
+            "scene.surfaces",
+            [{**BALL, "size": [1, 1, 1]}],
+            r"plane.scene.surfaces\[0\].size: expected none, as a sphere has no use",
+        ),
+        (
+            "scene.surfaces",
+            [{**BALL, "shape": "cylinder"}],
+            r"surfaces\[0\].length: expected a value, as a cylinder needs it, got none",
+        ),
+        (
+            "scene.surfaces",
+            [{**BALL, "friction": None}],
+            r"plane.scene.surfaces\[0\].friction: expected a number, got None",
+        ),
+        (
+            "scene.surfaces",
+            [BALL, {**BALL, "name": "b", "radius": 0}],
+            r"plane.scene.surfaces\[1\].radius: expected a number in \[0.0001, 10\]",
+        ),
+        (
+            "scene.surfaces",
+            [BALL, BALL],
+            "plane.scene.surfaces: expected names used once",
+        ),
         ("map.p_cw", [0, 0, 0], "is taken from plane.scene.start_position"),
         ("robot_proxy.map.scale", 1, "robot_proxy.map.scale: is taken from plane.map"),
         ("haptic_proxy", {"period": 1}, "haptic_proxy.period: is taken from"),
@@ -264,8 +303,8 @@ def test_wrong_values_set_in_python_are_found_by_validate(plane):
         plane.dleay = 1
     with pytest.raises(TypeError, match="`recording` expected a string, got b'x'"):
         plane.operator.recording = b"x"
-    with pytest.raises(TypeError, match="`boxes` expected a list, got 3"):
-        plane.scene.boxes = 3
+    with pytest.raises(TypeError, match="`surfaces` expected a list, got 3"):
+        plane.scene.surfaces = 3
     with pytest.raises(TypeError, match="`waypoints` expected Waypoint, got 3"):
         plane.operator.waypoints = [3]
 

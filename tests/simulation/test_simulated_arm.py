@@ -22,18 +22,17 @@ from dual_proxy.panda import (
     PandaModel,
     PandaTerms,
     add_panda_scene,
-    box_pose,
     p_SE_S,
     read_contacts,
     sensor_reaction,
 )
-from dual_proxy.panda_params import (
+from dual_proxy.scene_params import (
     CORNER_RADIUS,
     TIP_RADIUS,
     TOOL_COM_S,
     TOOL_MASS,
-    BoxParams,
-    PandaSceneParams,
+    SceneParams,
+    SurfaceParams,
 )
 
 STEP = 1e-3
@@ -42,20 +41,8 @@ TOOL_INERTIA = np.diag([0.00019, 0.00019, 0.00008])
 Control = Callable[[float, PandaTerms, np.ndarray], np.ndarray]
 
 
-def make_arm(model: PandaModel, params: PandaSceneParams) -> dp.SimulatedArm:
-    """The same scene: its boxes, its tool."""
-    surfaces = [
-        dp.ContactSurfaceParams(
-            shape="box",
-            position=box.center,
-            rotation=box_pose(box).rotation().matrix(),
-            half_size=0.5 * np.asarray(box.size),
-            stiffness=params.contact_stiffness,
-            dissipation=params.contact_dissipation,
-            friction=params.friction,
-        )
-        for box in params.all_boxes()
-    ]
+def make_arm(model: PandaModel, params: SceneParams) -> dp.SimulatedArm:
+    """The same scene: its surfaces, its tool."""
     flat = params.tool == "flat"
     return dp.SimulatedArm(
         dp.SimulatedArmParams(
@@ -68,7 +55,8 @@ def make_arm(model: PandaModel, params: PandaSceneParams) -> dp.SimulatedArm:
         ),
         model.arm_params,
         dp.ContactSceneParams(
-            surfaces=surfaces, tool_radius=CORNER_RADIUS if flat else TIP_RADIUS
+            surfaces=params.contact_surfaces(),
+            tool_radius=CORNER_RADIUS if flat else TIP_RADIUS,
         ),
     )
 
@@ -93,7 +81,7 @@ class Record:
 
 
 def simulate(
-    params: PandaSceneParams, control: Control, seconds: float
+    params: SceneParams, control: Control, seconds: float
 ) -> tuple[Record, Record]:
     """Runs Drake's plant and the arm, each under its own control."""
     builder = DiagramBuilder()
@@ -185,7 +173,7 @@ def check_contact(drake: Record, ours: Record) -> None:
 
 
 def test_free_motion_is_drakes():
-    params = PandaSceneParams(tool_mass=0.5, start_position=[0.45, 0.1, 0.35])
+    params = SceneParams(tool_mass=0.5, start_position=[0.45, 0.1, 0.35])
     rng = np.random.default_rng(3)
     amplitude = rng.uniform(-1, 1, size=7) * [1, 1.5, 1, 1, 0.15, 0.15, 0.06]
 
@@ -204,7 +192,7 @@ def test_free_motion_is_drakes():
 @pytest.mark.parametrize("tool", ["sphere", "flat"])
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_pressing_and_sliding_is_drakes(tool, friction):
-    params = PandaSceneParams(tool=tool, friction=friction, tool_size=0.04)
+    params = SceneParams(tool=tool, friction=friction, tool_size=0.04)
     params.start_position = [0.45, 0.0, params.contact_height + 0.002]
     control = press_and_slide(
         np.array([0, 0, -8.0]), np.array([0.05, 0.03, 0]), start=0.5
@@ -225,8 +213,10 @@ def test_pressing_and_sliding_is_drakes(tool, friction):
 
 @pytest.mark.parametrize("friction", [0.0, 0.2])
 def test_corner_is_drakes(friction):
-    wall = BoxParams(name="wall", center=[0.5, 0.15, 0.2], size=[0.4, 0.1, 0.4])
-    params = PandaSceneParams(boxes=[wall], friction=friction)
+    wall = SurfaceParams(
+        name="wall", shape="box", position=[0.5, 0.15, 0.2], size=[0.4, 0.1, 0.4]
+    )
+    params = SceneParams(surfaces=[wall], friction=friction)
     params.start_position = [0.45, 0.085, params.contact_height + 0.002]
     control = press_and_slide(
         np.array([0, 6.0, -8.0]), np.array([0.05, 0, 0]), start=0.5
@@ -238,7 +228,7 @@ def test_corner_is_drakes(friction):
 
 def test_params_and_state():
     model = PandaModel()
-    arm = make_arm(model, PandaSceneParams())
+    arm = make_arm(model, SceneParams())
     assert pickle.loads(pickle.dumps(arm.params)) == arm.params
     assert list(arm.params.fields) == [
         "period",

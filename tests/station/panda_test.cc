@@ -60,8 +60,7 @@ Vector7 RandomBetween(const Vector7& low, const Vector7& high,
 // A simulated arm with what reads its contacts.
 class Bench {
  public:
-  Bench(const PandaSceneParams& params, const Vector7& q_start,
-        bool drawn = false)
+  Bench(const SceneParams& params, const Vector7& q_start, bool drawn = false)
       : model_(PandaModel(params.tool_mass, params.gravity).arm_params()) {
     DiagramBuilder<double> builder;
     scene_ = AddPandaScene(&builder, params, q_start, drawn);
@@ -143,16 +142,15 @@ class Bench {
   ModelTerms terms_;
 };
 
-BoxParams MakeBox(const char* name, const Vector3d& center,
-                  const Vector3d& size) {
-  BoxParams box;
-  box.name = name;
-  box.center = center;
-  box.size = size;
-  return box;
+SurfaceParams MakeBox(const char* name, const Vector3d& center,
+                      const Vector3d& size) {
+  return {.name = name,
+          .shape = SurfaceShape::kBox,
+          .position = center,
+          .size = size};
 }
 
-std::string SceneError(const PandaSceneParams& params,
+std::string SceneError(const SceneParams& params,
                        const Vector7& q_start = kPandaQRest) {
   return InvalidArgument([&] {
     DiagramBuilder<double> builder;
@@ -168,7 +166,7 @@ bool Contains(const std::string& text, const char* part) {
 
 TEST(PandaModelTest, TermsEqualThePlants) {
   for (const double tool_mass : {kToolMass, 2.3}) {
-    PandaSceneParams params;
+    SceneParams params;
     params.tool_mass = tool_mass;
     DiagramBuilder<double> builder;
     const MultibodyPlant<double>& plant =
@@ -347,7 +345,7 @@ TEST_F(PandaInverseKinematicsTest, SaysWhatIsWrong) {
 TEST(PandaSceneTest, Limits) {
   DiagramBuilder<double> builder;
   const PandaScene scene =
-      AddPandaScene(&builder, PandaSceneParams{}, kPandaQRest, false);
+      AddPandaScene(&builder, SceneParams{}, kPandaQRest, false);
   const MultibodyPlant<double>& plant = *scene.plant;
   EXPECT_EQ(plant.GetPositionLowerLimits(), kLimits.joint_lower);
   EXPECT_EQ(plant.GetPositionUpperLimits(), kLimits.joint_upper);
@@ -361,7 +359,7 @@ TEST(PandaSceneTest, Limits) {
 
 TEST(PandaSceneTest, ThePlantIsAsTheParamsSay) {
   using drake::multibody::DiscreteContactApproximation;
-  PandaSceneParams params;
+  SceneParams params;
   params.time_step = 0.002;
   params.gravity = 1.5;
   params.tool_mass = 0.7;
@@ -389,8 +387,8 @@ TEST(PandaSceneTest, ThePlantIsAsTheParamsSay) {
 }
 
 TEST(PandaSceneTest, WhatIsNotDrawnHasNoVisuals) {
-  PandaSceneParams params;
-  params.boxes = {MakeBox("wall", {0.6, 0, 0.2}, {0.1, 0.1, 0.2})};
+  SceneParams params;
+  params.surfaces = {MakeBox("wall", {0.6, 0, 0.2}, {0.1, 0.1, 0.2})};
   for (const bool drawn : {true, false}) {
     DiagramBuilder<double> builder;
     const PandaScene scene =
@@ -415,7 +413,7 @@ TEST(PandaSceneTest, WhatIsNotDrawnHasNoVisuals) {
 }
 
 TEST(PandaSceneTest, ThePhysicsAreTheSameDrawnOrNot) {
-  PandaSceneParams params;
+  SceneParams params;
   params.table_height = 0.16;
   Bench drawn(params, kPandaQRest, true);
   Bench not_drawn(params, kPandaQRest, false);
@@ -430,7 +428,7 @@ TEST(PandaSceneTest, ThePhysicsAreTheSameDrawnOrNot) {
 // The arm falls without torque, and the tool hits a table 10 mm below it. The
 // numbers are what dual_proxy.panda gives.
 TEST(PandaSceneTest, ADropOntoTheTableEqualsPydrakes) {
-  PandaSceneParams params;
+  SceneParams params;
   params.table_height = 0.16;
   params.tool_mass = 0.5;
   Bench dut(params, kPandaQRest);
@@ -453,7 +451,7 @@ TEST(PandaSceneTest, ADropOntoTheTableEqualsPydrakes) {
 }
 
 TEST(PandaSceneTest, InTheAirTheSensorTakesTheToolsWeight) {
-  PandaSceneParams params;
+  SceneParams params;
   params.tool_mass = 0.5;
   const Vector3d p_BE(0.45, 0, 0.18);
   Bench dut(params, PandaModel().SolveInverseKinematics(p_BE));
@@ -468,7 +466,7 @@ TEST(PandaSceneTest, PressingReadsIntoTheSurface) {
   for (const auto approximation :
        {ContactApproximation::kLagged, ContactApproximation::kSimilar,
         ContactApproximation::kSap}) {
-    PandaSceneParams params;
+    SceneParams params;
     params.contact_approximation = approximation;
     const Vector3d target(0.45, 0.02, params.contact_height() - 0.008);
     Bench dut(params, PandaModel().SolveInverseKinematics(target));
@@ -500,7 +498,7 @@ TEST(PandaSceneTest, PressingReadsIntoTheSurface) {
 
 // Its corners share the stiffness.
 TEST(PandaSceneTest, AFlatToolPressesAsASphereDoes) {
-  PandaSceneParams params;
+  SceneParams params;
   params.tool = Tool::kFlat;
   const Vector3d target(0.45, 0.02, params.contact_height() - 0.008);
   Bench dut(params, PandaModel().SolveInverseKinematics(target), true);
@@ -515,8 +513,8 @@ TEST(PandaSceneTest, AFlatToolPressesAsASphereDoes) {
 }
 
 TEST(PandaSceneTest, AnEdgeHasTwoNormals) {
-  PandaSceneParams params;
-  params.boxes = {MakeBox("wall", {0.6, 0, 0.2}, {0.1, 0.4, 0.2})};
+  SceneParams params;
+  params.surfaces = {MakeBox("wall", {0.6, 0, 0.2}, {0.1, 0.4, 0.2})};
   params.friction = 0;
   const auto target = [](double time) {
     const double share = std::min(time / 0.6, 1.0);
@@ -534,8 +532,8 @@ TEST(PandaSceneTest, AnEdgeHasTwoNormals) {
 }
 
 TEST(PandaSceneTest, TwoBoxesOfOneHeightAreOneNormal) {
-  PandaSceneParams params;
-  params.boxes = {MakeBox("step", {0.5, 0, 0.05}, {0.2, 0.2, 0.1})};
+  SceneParams params;
+  params.surfaces = {MakeBox("step", {0.5, 0, 0.05}, {0.2, 0.2, 0.1})};
   const Vector3d target(0.45, 0, 0.102);
   Bench dut(params, PandaModel().SolveInverseKinematics(target));
   dut.Pull(1, [&](double) { return target; });
@@ -549,12 +547,12 @@ TEST(PandaSceneTest, TwoBoxesOfOneHeightAreOneNormal) {
       0.02 * truth.head<3>().norm());
 }
 
-TEST(PandaSceneTest, ABoxIsTurnedByItsYaw) {
+TEST(PandaSceneTest, ABoxIsTurnedByItsRotation) {
   // A beam along y, turned by 90 deg, lies under the tool.
-  PandaSceneParams params;
-  params.boxes = {MakeBox("beam", {0.6, 0, 0.13}, {0.02, 0.6, 0.06})};
+  SceneParams params;
+  params.surfaces = {MakeBox("beam", {0.6, 0, 0.13}, {0.02, 0.6, 0.06})};
   for (const double yaw : {0.0, M_PI / 2}) {
-    params.boxes[0].yaw = yaw;
+    params.surfaces[0].rotation.z() = yaw;
     const Vector3d target(0.45, 0, 0.16);
     Bench dut(params, PandaModel().SolveInverseKinematics(target));
     dut.Pull(0.2, [&](double) { return target; });
@@ -565,19 +563,20 @@ TEST(PandaSceneTest, ABoxIsTurnedByItsYaw) {
 TEST(PandaSceneTest, RefusesBadParams) {
   EXPECT_EQ(SceneError({}), "no exception");
   const auto error = [](auto&& change) {
-    PandaSceneParams params;
+    SceneParams params;
     change(&params);
     return SceneError(params);
   };
-  using P = PandaSceneParams;
+  using P = SceneParams;
   EXPECT_TRUE(Contains(error([](P* p) { p->friction = -0.1; }), "`friction`"));
   EXPECT_TRUE(Contains(error([](P* p) { p->time_step = 0; }), "`time_step`"));
   EXPECT_TRUE(
       Contains(error([](P* p) { p->tool_mass = kNan; }), "`tool_mass`"));
   EXPECT_TRUE(Contains(error([](P* p) { p->gravity = -9.81; }), "`gravity`"));
-  EXPECT_TRUE(Contains(
-      error([](P* p) { p->boxes = {MakeBox("table", {0, 0, 0}, {1, 1, 1})}; }),
-      "`boxes`"));
+  EXPECT_TRUE(Contains(error([](P* p) {
+                         p->surfaces = {MakeBox("table", {0, 0, 0}, {1, 1, 1})};
+                       }),
+                       "`surfaces`"));
   EXPECT_TRUE(Contains(error([](P* p) {
                          p->contact_approximation =
                              static_cast<ContactApproximation>(7);

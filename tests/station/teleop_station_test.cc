@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -26,6 +28,8 @@ const std::string kFlatTool =
     DUAL_PROXY_SOURCE_DIR "/examples/scenarios/flat_tool.yaml";
 const std::string kEverything =
     DUAL_PROXY_SOURCE_DIR "/tests/data/one_of_everything.yaml";
+
+const std::string kModels = DUAL_PROXY_SOURCE_DIR "/tests/data/models/";
 
 const char* const kCounters[] = {"robot_link_dropped",
                                  "robot_link_bad_messages",
@@ -147,8 +151,20 @@ TEST(LoadScenarioTest, DrakesReaderReadsWhatPythonReads) {
   EXPECT_EQ(everything.name, "one_of_everything");
   EXPECT_EQ(everything.scheme, SchemeOf<PositionForceScheme>);
   EXPECT_EQ(everything.law, Law::kPrinted);
-  EXPECT_EQ(everything.scene.boxes.size(), 2u);
-  EXPECT_EQ(everything.scene.boxes[1].yaw, -0.25);
+  EXPECT_FALSE(everything.scene.table);
+  ASSERT_EQ(everything.scene.surfaces.size(), 3u);
+  const SurfaceParams& wall = everything.scene.surfaces[0];
+  EXPECT_EQ(wall.shape, SurfaceShape::kBox);
+  EXPECT_EQ(wall.size.value(), Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_EQ(wall.radius, std::nullopt);
+  EXPECT_EQ(wall.stiffness, 12000);
+  const SurfaceParams& bore = everything.scene.surfaces[1];
+  EXPECT_EQ(bore.length, 0);
+  EXPECT_TRUE(bore.hollow);
+  EXPECT_EQ(bore.friction, std::nullopt);
+  EXPECT_EQ(std::filesystem::path(everything.scene.model_directives),
+            std::filesystem::canonical(kEverything).parent_path() /
+                "models.dmd.yaml");
   EXPECT_EQ(everything.scene.tool, Tool::kFlat);
   EXPECT_TRUE(everything.angular_filter.enabled);
   EXPECT_EQ(everything.angular_filter.filter.num_particles, 1002);
@@ -337,6 +353,51 @@ TEST(TeleopStationTest, AllCountersAreLogged) {
 }
 
 // A step that has nothing in common with the control period.
+TEST(TeleopStationTest, FurtherModelsArePartOfTheWorld) {
+  Scenario scenario = LoadScenario(kPlane);
+  scenario.scene.model_directives = kModels + "block_and_ball.dmd.yaml";
+  Bench fused(scenario);
+  const RunLog log = fused.AdvanceTo(8);
+  EXPECT_NEAR(log.Signal<3>("robot_position")(log.time.size() - 1, 0), 0.49,
+              1e-3);
+  Bench systems(scenario, Wiring::kSystems);
+  ExpectEqual(systems.AdvanceTo(8), log);
+}
+
+TEST(TeleopStationTest, WhatDrakeHasNotIsAnError) {
+  const auto error = [](const SceneParams& scene) -> std::string {
+    Scenario scenario = LoadScenario(kPlane);
+    scenario.scene = scene;
+    try {
+      Bench dut(scenario);
+    } catch (const ScenarioError& thrown) {
+      return thrown.what();
+    }
+    return "no exception";
+  };
+  SceneParams scene = LoadScenario(kPlane).scene;
+  scene.model_directives = "/no/such/file";
+  EXPECT_EQ(error(scene),
+            "plane.scene.model_directives: expected a file, got "
+            "\"/no/such/file\"");
+  scene.model_directives =
+      std::filesystem::path(WriteFile("directives: 3\n")).lexically_normal();
+  EXPECT_TRUE(error(scene).starts_with(
+      "plane.scene.model_directives: " + scene.model_directives + ": "))
+      << error(scene);
+  scene.model_directives = kModels + "egg.dmd.yaml";
+  EXPECT_TRUE(error(scene).starts_with(
+      "plane.scene.model_directives: geometry 'nest::shell' of body 'egg' of "
+      "model 'nest' is an Ellipsoid, "));
+  scene.model_directives.clear();
+  scene.surfaces = {{.name = "bore",
+                     .shape = SurfaceShape::kCylinder,
+                     .radius = 0.1,
+                     .length = 0.0,
+                     .hollow = true}};
+  EXPECT_TRUE(error(scene).starts_with("plane.scene.surfaces[0].hollow: "));
+}
+
 TEST(TeleopStationTest, PlantMayBeSlowerThanControl) {
   Scenario scenario = LoadScenario(kPlane);
   scenario.scene.time_step = 1.0 / 240;

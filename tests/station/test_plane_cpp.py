@@ -10,6 +10,7 @@ import pytest
 import dual_proxy as dp
 
 ROOT = Path(__file__).resolve().parents[2]
+DATA = ROOT / "tests" / "data"
 PROGRAM = ROOT / "build" / "examples" / "cpp" / "plane"
 
 needs_program = pytest.mark.skipif(
@@ -23,12 +24,27 @@ needs_program = pytest.mark.skipif(
     [
         *(("plane", scheme) for scheme in dp.scenario.SCHEMES),
         ("flat_tool", "dual_proxy"),
+        (DATA / "surfaces.yaml", "dual_proxy"),
     ],
 )
 def test_metrics_are_those_of_the_python_run(name, scheme, tmp_path):
-    scenario = dp.load_scenario(name).with_overrides(
-        {"scheme": scheme, "link.delay": 0.05, "duration": 8.0, "seed": 3}
+    check_metrics(
+        name,
+        {"scheme": scheme, "link.delay": 0.05, "duration": 8.0, "seed": 3},
+        tmp_path,
     )
+
+
+@needs_program
+def test_models_are_those_of_the_python_run(tmp_path):
+    path = DATA / "models" / "block_and_ball.dmd.yaml"
+    check_metrics(
+        "plane", {"scene.model_directives": str(path), "duration": 8.0}, tmp_path
+    )
+
+
+def check_metrics(name, overrides, tmp_path):
+    scenario = dp.load_scenario(name).with_overrides(overrides)
     expected = dp.run(scenario).metrics
     path = tmp_path / "scenario.yaml"
     path.write_text(scenario.to_yaml())

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,12 +10,13 @@
 
 #include "dual_proxy/common/enum_strings.h"
 #include "dual_proxy/common/serialize.h"
+#include "dual_proxy/simulation/contact_surface.h"
 
 namespace dual_proxy {
 
 /** @file
-The scene of a Panda above a table, as plain numbers. B is the robot's base,
-which is the world. */
+The scene around an arm, as plain numbers. B is the robot's base, which is the
+world. */
 
 /** Radius of the tool's spherical tip around E, m. */
 inline constexpr double kTipRadius = 0.010;
@@ -57,12 +59,20 @@ struct EnumStrings<ContactApproximation> {
       {ContactApproximation::kSap, "sap"}};
 };
 
-/** A box fixed in the world that the tool can touch. */
-struct BoxParams {
+/** A surface fixed in the world that the tool can touch. Of its lengths it has
+those that its shape needs and no others. */
+struct SurfaceParams {
   std::string name;
-  Eigen::Vector3d center{0.5, 0.0, 0.1};
-  Eigen::Vector3d size{0.1, 0.1, 0.1};
-  double yaw{0};
+  SurfaceShape shape{SurfaceShape::kHalfSpace};
+  Eigen::Vector3d position{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d rotation{Eigen::Vector3d::Zero()};
+  std::optional<Eigen::Vector3d> size{};
+  std::optional<double> radius{};
+  std::optional<double> length{};
+  bool hollow{false};
+  std::optional<double> stiffness{};
+  std::optional<double> dissipation{};
+  std::optional<double> friction{};
   Eigen::Vector4d color{0.80, 0.70, 0.56, 1.0};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -71,24 +81,46 @@ struct BoxParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
+    constexpr bool kRequired = true;
     a->Visit(Field("name", &name, "unique within the scene").Required());
-    a->Visit(Field("center", &center, Finite(), "m", "in B").Required());
-    a->Visit(Field("size", &size, Between(1e-4, 10), "m",
-                   "full edge lengths along the box's axes")
+    VisitEnum(a, "SurfaceParams", "shape", &shape,
+              "in the surface's frame: a half_space is solid where z < 0, a "
+              "box around the origin, cylinder and capsule lie along x",
+              kRequired);
+    a->Visit(Field("position", &position, Finite(), "m",
+                   "in B: origin of the surface's frame")
                  .Required());
-    a->Visit(
-        Field("yaw", &yaw, Finite(), "rad", "rotation of the box about B's z"));
+    a->Visit(Field("rotation", &rotation, Finite(), "rad",
+                   "rotation vector of the surface's frame in B"));
+    a->Visit(Field("size", &size, Between(1e-4, 10), "m",
+                   "of a box: full edge lengths along its axes"));
+    a->Visit(Field("radius", &radius, Between(1e-4, 10), "m",
+                   "of a sphere, cylinder or capsule"));
+    a->Visit(Field("length", &length, Between(0, 10), "m",
+                   "along x: of a cylinder, endless at 0 (in Drake 20 m), or "
+                   "between the centres of a capsule's round ends, > 0"));
+    a->Visit(Field("hollow", &hollow,
+                   "whether an endless cylinder is solid outside its radius, a "
+                   "bore; with engine bare alone, as Drake has none"));
+    a->Visit(Field("stiffness", &stiffness, Between(1, 1e8), "N/m",
+                   "as the scene's contact_stiffness, which is the default"));
+    a->Visit(Field("dissipation", &dissipation, Between(0, 1e3), "s/m",
+                   "as the scene's contact_dissipation, which is the default"));
+    a->Visit(Field("friction", &friction, Between(0, 5), "",
+                   "as the scene's friction, which is the default"));
     a->Visit(
         Field("color", &color, Between(0, 1), "", "red, green, blue, opacity"));
   }
 };
 
 /** The simulated arm's surroundings and how contact is computed. */
-struct PandaSceneParams {
+struct SceneParams {
+  bool table{true};
   double table_height{0.10};
   Eigen::Vector2d table_center{0.5, 0.0};
   Eigen::Vector2d table_size{0.6, 0.8};
-  std::vector<BoxParams> boxes;
+  std::vector<SurfaceParams> surfaces;
+  std::string model_directives;
   double friction{0.3};
   double contact_stiffness{3e4};
   double contact_dissipation{10.0};
@@ -104,11 +136,15 @@ struct PandaSceneParams {
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
 
-  /** The table followed by `boxes`. */
-  std::vector<BoxParams> AllBoxes() const;
+  /** The table, if there is one, followed by `surfaces`; each has a material.
+   */
+  std::vector<SurfaceParams> AllSurfaces() const;
 
-  /** Height of the tool point when the tool, pointing down, touches the table,
-  m. */
+  /** The same as geometry and material. */
+  std::vector<ContactSurfaceParams> ContactSurfaces() const;
+
+  /** Height of the tool point when the tool, pointing down, touches the table's
+  top, m. */
   double contact_height() const {
     return tool == Tool::kSphere ? table_height + kTipRadius : table_height;
   }
@@ -119,16 +155,23 @@ struct PandaSceneParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
+    a->Visit(Field("table", &table, "whether there is one: a box"));
     a->Visit(Field("table_height", &table_height, Between(1e-3, 1.5), "m",
-                   "of the table's top over B; the table stands on z = 0"));
+                   "of the table's top over B; the table stands on z = 0; with "
+                   "or without it where recordings press"));
     a->Visit(Field("table_center", &table_center, Finite(), "m",
                    "x and y of the table's centre, in B"));
     a->Visit(Field("table_size", &table_size, Between(1e-3, 10), "m",
                    "the table's edge lengths along x and y"));
-    a->Visit(Field("boxes", &boxes,
-                   "further ones that the tool can touch (walls, steps)"));
+    a->Visit(Field("surfaces", &surfaces,
+                   "further ones that the tool can touch (walls, pipes)"));
+    a->Visit(Field("model_directives", &model_directives,
+                   "file of Drake model directives: further models in the "
+                   "scene, with engine drake; in a scenario's file relative to "
+                   "that, else to the working directory; ~ is the home "
+                   "directory"));
     a->Visit(Field("friction", &friction, Between(0, 5), "",
-                   "Coulomb coefficient between the tool and everything"));
+                   "Coulomb coefficient between the tool and a surface"));
     a->Visit(Field(
         "contact_stiffness", &contact_stiffness, Between(1, 1e8), "N/m",
         "of tool and surface together; the corners of a flat tool share it"));
@@ -139,13 +182,12 @@ struct PandaSceneParams {
     a->Visit(
         Field("relaxation_time", &relaxation_time, Between(0, 10), "s",
               "linear dissipation in place of contact_dissipation for sap"));
-    VisitEnum(a, "PandaSceneParams", "contact_approximation",
-              &contact_approximation,
+    VisitEnum(a, "SceneParams", "contact_approximation", &contact_approximation,
               "Drake's discrete one; the first two keep Coulomb's law without "
               "sap's gap of friction * time_step * slip");
     a->Visit(Field("time_step", &time_step, Between(1e-5, 1e-2), "s",
                    "of the plant; control has a period of its own"));
-    VisitEnum(a, "PandaSceneParams", "tool", &tool,
+    VisitEnum(a, "SceneParams", "tool", &tool,
               "a ball around E, or a square pad, E in the middle of its face, "
               "that touches with a small ball in each corner");
     a->Visit(Field("tool_size", &tool_size, Between(0.005, 0.2), "m",
