@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'BoxParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'Message', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PandaSceneParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'Message', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -5212,16 +5212,16 @@ class ScenarioError(ValueError):
     """
     A scenario is wrong; the message is one line that names the field.
     """
-class BoxParams:
+class SurfaceParams:
     """
-    A box fixed in the world that the tool can touch.
+    A surface fixed in the world that the tool can touch. Of its lengths it has those that its shape needs and no others.
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'name': 'unique within the scene', 'center': '(3,), m: in B, default [0.5, 0, 0.1]', 'size': "(3,), m, in [0.0001, 10]: full edge lengths along the box's axes, default 0.1", 'yaw': "rad: rotation of the box about B's z, default 0", 'color': '(4,), in [0, 1]: red, green, blue, opacity, default [0.8, 0.7, 0.56, 1]'}
-    def __copy__(self) -> BoxParams:
+    fields: typing.ClassVar[dict] = {'name': 'unique within the scene', 'shape': 'one of "half_space", "box", "sphere", "cylinder", "capsule": in the surface\'s frame: a half_space is solid where z < 0, a box around the origin, cylinder and capsule lie along x, default "half_space"', 'position': "(3,), m: in B: origin of the surface's frame, default 0", 'rotation': "(3,), rad: rotation vector of the surface's frame in B, default 0", 'size': '(3,), m, in [0.0001, 10]: of a box: full edge lengths along its axes', 'radius': 'm, in [0.0001, 10]: of a sphere, cylinder or capsule', 'length': "m, in [0, 10]: along x: of a cylinder, endless at 0 (in Drake 20 m), or between the centres of a capsule's round ends, > 0", 'hollow': 'whether an endless cylinder is solid outside its radius, a bore; with engine bare alone, as Drake has none, default false', 'stiffness': "N/m, in [1, 1e+08]: as the scene's contact_stiffness, which is the default", 'dissipation': "s/m, in [0, 1000]: as the scene's contact_dissipation, which is the default", 'friction': "in [0, 5]: as the scene's friction, which is the default", 'color': '(4,), in [0, 1]: red, green, blue, opacity, default [0.8, 0.7, 0.56, 1]'}
+    def __copy__(self) -> SurfaceParams:
         ...
-    def __deepcopy__(self, memo: dict) -> BoxParams:
+    def __deepcopy__(self, memo: dict) -> SurfaceParams:
         ...
     def __eq__(self, arg0: typing.Any) -> bool:
         ...
@@ -5241,20 +5241,44 @@ class BoxParams:
         Raises ValueError naming the field, the range and the value.
         """
     @property
-    def center(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        (3,), m: in B, default [0.5, 0, 0.1]
-        """
-    @center.setter
-    def center(self, arg1: typing.Any) -> None:
-        ...
-    @property
     def color(self) -> numpy.typing.NDArray[numpy.float64]:
         """
         (4,), in [0, 1]: red, green, blue, opacity, default [0.8, 0.7, 0.56, 1]
         """
     @color.setter
     def color(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def dissipation(self) -> float | None:
+        """
+        s/m, in [0, 1000]: as the scene's contact_dissipation, which is the default
+        """
+    @dissipation.setter
+    def dissipation(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def friction(self) -> float | None:
+        """
+        in [0, 5]: as the scene's friction, which is the default
+        """
+    @friction.setter
+    def friction(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def hollow(self) -> bool:
+        """
+        whether an endless cylinder is solid outside its radius, a bore; with engine bare alone, as Drake has none, default false
+        """
+    @hollow.setter
+    def hollow(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def length(self) -> float | None:
+        """
+        m, in [0, 10]: along x: of a cylinder, endless at 0 (in Drake 20 m), or between the centres of a capsule's round ends, > 0
+        """
+    @length.setter
+    def length(self, arg1: typing.Any) -> None:
         ...
     @property
     def name(self) -> str:
@@ -5265,22 +5289,54 @@ class BoxParams:
     def name(self, arg1: typing.Any) -> None:
         ...
     @property
-    def size(self) -> numpy.typing.NDArray[numpy.float64]:
+    def position(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (3,), m, in [0.0001, 10]: full edge lengths along the box's axes, default 0.1
+        (3,), m: in B: origin of the surface's frame, default 0
+        """
+    @position.setter
+    def position(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def radius(self) -> float | None:
+        """
+        m, in [0.0001, 10]: of a sphere, cylinder or capsule
+        """
+    @radius.setter
+    def radius(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def rotation(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), rad: rotation vector of the surface's frame in B, default 0
+        """
+    @rotation.setter
+    def rotation(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def shape(self) -> str:
+        """
+        one of "half_space", "box", "sphere", "cylinder", "capsule": in the surface's frame: a half_space is solid where z < 0, a box around the origin, cylinder and capsule lie along x, default "half_space"
+        """
+    @shape.setter
+    def shape(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def size(self) -> numpy.typing.NDArray[numpy.float64] | None:
+        """
+        (3,), m, in [0.0001, 10]: of a box: full edge lengths along its axes
         """
     @size.setter
     def size(self, arg1: typing.Any) -> None:
         ...
     @property
-    def yaw(self) -> float:
+    def stiffness(self) -> float | None:
         """
-        rad: rotation of the box about B's z, default 0
+        N/m, in [1, 1e+08]: as the scene's contact_stiffness, which is the default
         """
-    @yaw.setter
-    def yaw(self, arg1: typing.Any) -> None:
+    @stiffness.setter
+    def stiffness(self, arg1: typing.Any) -> None:
         ...
-class PandaSceneParams:
+class SceneParams:
     """
     The simulated arm's surroundings and how contact is computed.
     """
@@ -5290,10 +5346,10 @@ class PandaSceneParams:
     TOOL_MASS: typing.ClassVar[float] = 0.2
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'table_height': "m, in [0.001, 1.5]: of the table's top over B; the table stands on z = 0, default 0.1", 'table_center': "(2,), m: x and y of the table's centre, in B, default [0.5, 0]", 'table_size': "(2,), m, in [0.001, 10]: the table's edge lengths along x and y, default [0.6, 0.8]", 'boxes': 'list of BoxParams: further ones that the tool can touch (walls, steps)', 'friction': 'in [0, 5]: Coulomb coefficient between the tool and everything, default 0.3', 'contact_stiffness': 'N/m, in [1, 1e+08]: of tool and surface together; the corners of a flat tool share it, default 30000', 'contact_dissipation': 's/m, in [0, 1000]: Hunt-Crossley coefficient d in f = k x (1 + d dx/dt); for the approximations lagged and similar, default 10', 'relaxation_time': 's, in [0, 10]: linear dissipation in place of contact_dissipation for sap, default 0.01', 'contact_approximation': 'one of "lagged", "similar", "sap": Drake\'s discrete one; the first two keep Coulomb\'s law without sap\'s gap of friction * time_step * slip, default "lagged"', 'time_step': 's, in [1e-05, 0.01]: of the plant; control has a period of its own, default 0.001', 'tool': 'one of "sphere", "flat": a ball around E, or a square pad, E in the middle of its face, that touches with a small ball in each corner, default "sphere"', 'tool_size': 'm, in [0.005, 0.2]: between the corners of a flat tool along its edges, default 0.06', 'tool_mass': 'kg, in [0.001, 3]: of all that is beyond the flange; the inertia scales with it, default 0.2', 'gravity': 'm/s^2, in [0, 100]: along -z of B, default 9.81', 'start_position': '(3,), m, in [-2, 2]: in B, of the tool point at time 0, default [0.45, 0, 0.18]'}
-    def __copy__(self) -> PandaSceneParams:
+    fields: typing.ClassVar[dict] = {'table': 'whether there is one: a box, default true', 'table_height': "m, in [0.001, 1.5]: of the table's top over B; the table stands on z = 0; with or without it where recordings press, default 0.1", 'table_center': "(2,), m: x and y of the table's centre, in B, default [0.5, 0]", 'table_size': "(2,), m, in [0.001, 10]: the table's edge lengths along x and y, default [0.6, 0.8]", 'surfaces': 'list of SurfaceParams: further ones that the tool can touch (walls, pipes)', 'model_directives': "file of Drake model directives: further models in the scene, with engine drake; in a scenario's file relative to that, else to the working directory; ~ is the home directory", 'friction': 'in [0, 5]: Coulomb coefficient between the tool and a surface, default 0.3', 'contact_stiffness': 'N/m, in [1, 1e+08]: of tool and surface together; the corners of a flat tool share it, default 30000', 'contact_dissipation': 's/m, in [0, 1000]: Hunt-Crossley coefficient d in f = k x (1 + d dx/dt); for the approximations lagged and similar, default 10', 'relaxation_time': 's, in [0, 10]: linear dissipation in place of contact_dissipation for sap, default 0.01', 'contact_approximation': 'one of "lagged", "similar", "sap": Drake\'s discrete one; the first two keep Coulomb\'s law without sap\'s gap of friction * time_step * slip, default "lagged"', 'time_step': 's, in [1e-05, 0.01]: of the plant; control has a period of its own, default 0.001', 'tool': 'one of "sphere", "flat": a ball around E, or a square pad, E in the middle of its face, that touches with a small ball in each corner, default "sphere"', 'tool_size': 'm, in [0.005, 0.2]: between the corners of a flat tool along its edges, default 0.06', 'tool_mass': 'kg, in [0.001, 3]: of all that is beyond the flange; the inertia scales with it, default 0.2', 'gravity': 'm/s^2, in [0, 100]: along -z of B, default 9.81', 'start_position': '(3,), m, in [-2, 2]: in B, of the tool point at time 0, default [0.45, 0, 0.18]'}
+    def __copy__(self) -> SceneParams:
         ...
-    def __deepcopy__(self, memo: dict) -> PandaSceneParams:
+    def __deepcopy__(self, memo: dict) -> SceneParams:
         ...
     def __eq__(self, arg0: typing.Any) -> bool:
         ...
@@ -5308,9 +5364,13 @@ class PandaSceneParams:
         ...
     def __setstate__(self, arg0: dict) -> None:
         ...
-    def all_boxes(self) -> tuple:
+    def all_surfaces(self) -> tuple:
         """
-        The table followed by `boxes`, as BoxParams.
+        The table, if there is one, followed by `surfaces`, as SurfaceParams; each has a material.
+        """
+    def contact_surfaces(self) -> tuple:
+        """
+        The same as ContactSurfaceParams.
         """
     def corners(self) -> tuple:
         """
@@ -5320,14 +5380,6 @@ class PandaSceneParams:
         """
         Raises ValueError naming the field, the range and the value.
         """
-    @property
-    def boxes(self) -> tuple:
-        """
-        list of BoxParams: further ones that the tool can touch (walls, steps)
-        """
-    @boxes.setter
-    def boxes(self, arg1: typing.Any) -> None:
-        ...
     @property
     def contact_approximation(self) -> str:
         """
@@ -5347,7 +5399,7 @@ class PandaSceneParams:
     @property
     def contact_height(self) -> float:
         """
-        Height of the tool point when the tool, pointing down, touches the table, m.
+        Height of the tool point when the tool, pointing down, touches the table's top, m.
         """
     @property
     def contact_stiffness(self) -> float:
@@ -5360,7 +5412,7 @@ class PandaSceneParams:
     @property
     def friction(self) -> float:
         """
-        in [0, 5]: Coulomb coefficient between the tool and everything, default 0.3
+        in [0, 5]: Coulomb coefficient between the tool and a surface, default 0.3
         """
     @friction.setter
     def friction(self, arg1: typing.Any) -> None:
@@ -5372,6 +5424,14 @@ class PandaSceneParams:
         """
     @gravity.setter
     def gravity(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def model_directives(self) -> str:
+        """
+        file of Drake model directives: further models in the scene, with engine drake; in a scenario's file relative to that, else to the working directory; ~ is the home directory
+        """
+    @model_directives.setter
+    def model_directives(self, arg1: typing.Any) -> None:
         ...
     @property
     def relaxation_time(self) -> float:
@@ -5390,6 +5450,22 @@ class PandaSceneParams:
     def start_position(self, arg1: typing.Any) -> None:
         ...
     @property
+    def surfaces(self) -> tuple:
+        """
+        list of SurfaceParams: further ones that the tool can touch (walls, pipes)
+        """
+    @surfaces.setter
+    def surfaces(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def table(self) -> bool:
+        """
+        whether there is one: a box, default true
+        """
+    @table.setter
+    def table(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def table_center(self) -> numpy.typing.NDArray[numpy.float64]:
         """
         (2,), m: x and y of the table's centre, in B, default [0.5, 0]
@@ -5400,7 +5476,7 @@ class PandaSceneParams:
     @property
     def table_height(self) -> float:
         """
-        m, in [0.001, 1.5]: of the table's top over B; the table stands on z = 0, default 0.1
+        m, in [0.001, 1.5]: of the table's top over B; the table stands on z = 0; with or without it where recordings press, default 0.1
         """
     @table_height.setter
     def table_height(self, arg1: typing.Any) -> None:
@@ -5444,6 +5520,47 @@ class PandaSceneParams:
         """
     @tool_size.setter
     def tool_size(self, arg1: typing.Any) -> None:
+        ...
+class _DrakeMaterial:
+    @property
+    def dissipation(self) -> float:
+        ...
+    @property
+    def friction(self) -> float:
+        ...
+    @property
+    def relaxation_time(self) -> float:
+        ...
+    @property
+    def stiffness(self) -> float:
+        ...
+class _DrakeSurface:
+    @property
+    def R_BG(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        ...
+    @property
+    def color(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        ...
+    @property
+    def length(self) -> float:
+        ...
+    @property
+    def material(self) -> _DrakeMaterial:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def p_BG(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        ...
+    @property
+    def radius(self) -> float:
+        ...
+    @property
+    def shape(self) -> str:
+        ...
+    @property
+    def size(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         ...
 class LinkParams:
     """
@@ -5705,7 +5822,7 @@ class Scenario:
     SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force', 'position_position')
     __hash__: typing.ClassVar[None] = None
     _fields: typing.ClassVar[list]
-    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda": which arm, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "PandaSceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of the robot', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do'}
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda": which arm, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "SceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of the robot', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do'}
     def __copy__(self) -> Scenario:
         ...
     def __deepcopy__(self, memo: dict) -> Scenario:
@@ -5741,7 +5858,7 @@ class Scenario:
         """
     def _resolve_paths(self, directory: str) -> None:
         """
-        Makes `operator.recording` absolute; a relative one is in `directory`.
+        Makes `operator.recording` and `scene.model_directives` absolute; relative ones are in `directory`.
         """
     def _write(self) -> dict:
         """
@@ -5765,8 +5882,7 @@ class Scenario:
         """
         Tells which points, (n, 3), m, in B, the device can ask for: (n,) bool.
         
-        They lie, mapped to the device, within 95 % of its workspace, and over the table. The set
-        is convex.
+        They lie, mapped to the device, within 95 % of its workspace. The set is convex.
         """
     def robot_side_params(self) -> RobotSideParams:
         """
@@ -5923,9 +6039,9 @@ class Scenario:
     def robot_proxy(self, arg1: typing.Any) -> None:
         ...
     @property
-    def scene(self) -> PandaSceneParams:
+    def scene(self) -> SceneParams:
         """
-        PandaSceneParams: the arm's surroundings
+        SceneParams: the arm's surroundings
         """
     @scene.setter
     def scene(self, arg1: typing.Any) -> None:
@@ -6376,6 +6492,10 @@ def _describe_broken_limits(time: typing.Annotated[numpy.typing.ArrayLike, numpy
     A text for each limit of the arm that was broken; the arguments are those of
     `_compute_metrics`.
     """
+def _ellipsoid_problem(geometry: str, body: str, model: str) -> str:
+    """
+    What is said of a geometry whose contacts would be wrong.
+    """
 def _example_blocks() -> list[_Block]:
     """
     See MakeExampleBlocks().
@@ -6412,6 +6532,16 @@ def _make_TeleopLoop(arg0: Scenario, arg1: ArmModelParams, arg2: typing.Supports
     ...
 def _make_WindowMean(arg0: typing.SupportsFloat | typing.SupportsIndex, arg1: typing.SupportsFloat | typing.SupportsIndex) -> _Block:
     ...
+def _make_drake_scene(params: SceneParams) -> tuple[_DrakeMaterial, list[_DrakeSurface]]:
+    """
+    Material of each ball of the tool, and list of _DrakeSurface: what touches; a ball's contact with
+    a surface has that surface's stiffness (shared by all balls), dissipation and friction.
+    Raises ScenarioError if there is something that Drake has not.
+    """
+def _make_picture(params: SceneParams) -> list[_DrakeSurface]:
+    """
+    List of _DrakeSurface: what is to be seen.
+    """
 def _map_device_positions(map: WorkspaceMapParams, x_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
     (n, 3), m, from D to B.
