@@ -29,7 +29,6 @@ from dual_proxy.panda import (
     R_BE_DOWN,
     TORQUE_LIMIT,
     PandaModel,
-    SensorReaction,
     add_panda_scene,
     contact_truth,
     p_SE_S,
@@ -44,6 +43,7 @@ from dual_proxy.scene_params import (
     SceneParams,
     SurfaceParams,
 )
+from dual_proxy.systems import SensorReaction
 
 GRAVITY = 9.81
 APPROXIMATIONS = ("lagged", "similar", "sap")
