@@ -49,23 +49,24 @@ py::list Describe(const std::vector<SignalSlice>& layout) {
 
 /** A loop's state that nobody changes any more: Contexts share it. */
 struct SharedState {
-  std::shared_ptr<TeleopLoopState> state;
+  std::shared_ptr<TeleopLoopState<SerialArm<7>>> state;
 };
 
 /** TeleopLoop for pydrake: it makes a new state from an old one, in memory that
 it takes from states which nobody holds any more. */
 class LoopStepper {
  public:
-  explicit LoopStepper(const TeleopLoopParams& params) : loop_(params) {}
+  explicit LoopStepper(const TeleopLoopParams<SerialArm<7>>& params)
+      : loop_(params) {}
 
-  const TeleopLoop& loop() const { return loop_; }
+  const TeleopLoop<SerialArm<7>>& loop() const { return loop_; }
 
   SharedState MakeState() const {
-    return {std::make_shared<TeleopLoopState>(loop_.MakeState())};
+    return {std::make_shared<TeleopLoopState<SerialArm<7>>>(loop_.MakeState())};
   }
 
   SharedState Step(double time, const SharedState& before,
-                   const TeleopLoopInput& input) {
+                   const TeleopLoopInput<SerialArm<7>>& input) {
     SharedState after{TakeSpare()};
     *after.state = *before.state;
     loop_.Update(time, input, after.state.get());
@@ -73,18 +74,32 @@ class LoopStepper {
   }
 
  private:
-  std::shared_ptr<TeleopLoopState> TakeSpare() {
+  std::shared_ptr<TeleopLoopState<SerialArm<7>>> TakeSpare() {
     for (const auto& spare : spares_) {
       if (spare.use_count() == 1) return spare;
     }
     return spares_.emplace_back(
-        std::make_shared<TeleopLoopState>(loop_.MakeState()));
+        std::make_shared<TeleopLoopState<SerialArm<7>>>(loop_.MakeState()));
   }
 
-  TeleopLoop loop_;
+  TeleopLoop<SerialArm<7>> loop_;
   // As many as there are Contexts, and one.
-  std::vector<std::shared_ptr<TeleopLoopState>> spares_;
+  std::vector<std::shared_ptr<TeleopLoopState<SerialArm<7>>>> spares_;
 };
+
+template <typename Plant>
+void BindEngine(py::module_& m, const char* name) {
+  using E = BareEngine<Plant>;
+  py::class_<E>(m, name,
+                "Runs a scenario without Drake; see experiment/bare_engine.h.")
+      .def("advance_to", &E::AdvanceTo, py::arg("time"),
+           py::call_guard<py::gil_scoped_release>(),
+           "Runs up to `time`, s, and logs every control period.")
+      .def_property_readonly(
+          "layout", [](const E& self) { return LayoutDict(self.layout()); },
+          "{signal: slice} of a row of the log.")
+      .def_property_readonly("log", &E::log, "The log so far, a _RunLogStore.");
+}
 
 }  // namespace
 
@@ -92,7 +107,7 @@ void BindLoop(py::module_& m) {
   m.def(
       "_signal_catalogue",
       [] {
-        RobotSideParams robot_params;
+        RobotSideParams<SerialArm<7>> robot_params;
         robot_params.perception.angular_filter.enabled = true;
         const CommunicationChannelState channel =
             CommunicationChannel(CommunicationChannelParams()).MakeState(0);
@@ -101,7 +116,8 @@ void BindLoop(py::module_& m) {
              {MakeLayout(VisitHand, Eigen::Vector3d(Eigen::Vector3d::Zero())),
               HapticSide().layout(),
               MakeLayout(VisitDevice, SimulatedHapticDeviceState()),
-              RobotSide(robot_params).layout(),
+              RobotSide<SerialArm<7>>(robot_params).layout(),
+              RobotSide<PointMass>().layout(),
               MakeLayout(VisitSensor, ForceTorqueSensorState()),
               MakeLayout(VisitChannel, Direction::kToRobot, channel),
               MakeLayout(VisitChannel, Direction::kToDevice, channel),
@@ -121,7 +137,7 @@ void BindLoop(py::module_& m) {
            [](const py::object& self, const py::object&) { return self; })
       .def_property_readonly(
           "torque",
-          [](const SharedState& self) { return self.state->torque(); },
+          [](const SharedState& self) { return self.state->command(); },
           "(7,), N m, commanded.")
       .def_property_readonly(
           "sensed_wrench",
@@ -156,9 +172,9 @@ void BindLoop(py::module_& m) {
       m, "_TeleopLoop",
       "Everything that happens in a control period of a scenario; see "
       "loop/teleop_loop.h.")
-      .def(py::init([](const Scenario& scenario, const ArmModelParams& arm) {
+      .def(py::init([](const Scenario& scenario, const ArmModelParams<7>& arm) {
              return std::make_unique<LoopStepper>(
-                 MakeTeleopLoopParams(scenario, arm));
+                 MakeTeleopLoopParams<SerialArm<7>>(scenario, arm));
            }),
            py::arg("scenario"), py::arg("arm"))
       .def_property_readonly(
@@ -184,7 +200,7 @@ void BindLoop(py::module_& m) {
              const py::object& moment, py::array_t<double>& torque,
              py::array_t<double>& signals) {
             const auto state = x.unchecked<1>();
-            TeleopLoopInput input;
+            TeleopLoopInput<SerialArm<7>> input;
             for (int i = 0; i < 7; ++i) {
               input.q(i) = state(i);
               input.v(i) = state(7 + i);
@@ -194,7 +210,7 @@ void BindLoop(py::module_& m) {
               input.reaction << Vec3(force, "force"), Vec3(moment, "moment");
             }
             SharedState after = self.Step(time, before, input);
-            Eigen::Map<Vector7>(torque.mutable_data()) = after.state->torque();
+            Eigen::Map<Vector7>(torque.mutable_data()) = after.state->command();
             self.loop().WriteSignals(
                 *after.state, Eigen::Map<Eigen::VectorXd>(
                                   signals.mutable_data(), signals.size()));
@@ -210,25 +226,19 @@ void BindLoop(py::module_& m) {
           "S, "
           "or None.");
 
-  py::class_<BareEngine>(m, "_BareEngine",
-                         "Runs a scenario without Drake; see "
-                         "experiment/bare_engine.h.")
-      .def(py::init([](const Scenario& scenario, const ArmModelParams& arm,
-                       const py::object& q_start, double duration) {
-             return std::make_unique<BareEngine>(
-                 scenario, arm, AsFixed<Vector7>(q_start, "q_start"), duration);
-           }),
-           py::arg("scenario"), py::arg("arm"), py::arg("q_start"),
-           py::arg("duration"))
-      .def("advance_to", &BareEngine::AdvanceTo, py::arg("time"),
-           py::call_guard<py::gil_scoped_release>(),
-           "Runs up to `time`, s, and logs every control period.")
-      .def_property_readonly(
-          "layout",
-          [](const BareEngine& self) { return LayoutDict(self.layout()); },
-          "{signal: slice} of a row of the log.")
-      .def_property_readonly("log", &BareEngine::log,
-                             "The log so far, a _RunLogStore.");
+  BindEngine<SimulatedArm<7>>(m, "_ArmEngine");
+  m.def(
+      "_make_arm_engine",
+      [](const Scenario& scenario, const ArmModelParams<7>& arm,
+         const py::object& q_start, double duration) {
+        return MakeArmEngine(scenario, arm,
+                             AsFixed<Vector7>(q_start, "q_start"), duration);
+      },
+      py::arg("scenario"), py::arg("arm"), py::arg("q_start"),
+      py::arg("duration"), "An engine for a scenario with an arm.");
+  BindEngine<PointRobot>(m, "_PointMassEngine");
+  m.def("_make_point_mass_engine", &MakePointMassEngine, py::arg("scenario"),
+        py::arg("duration"), "An engine for a scenario with a point mass.");
 }
 
 }  // namespace dual_proxy

@@ -239,15 +239,15 @@ PYBIND11_MODULE(_native, m) {
   m.def(
       "add_ArmKinematics",
       [](const py::object& builder, const std::string& name,
-         const ArmModelParams& arm) {
+         const ArmModelParams<7>& arm) {
         Add<ArmKinematicsSystem>(builder, name, arm);
       },
       py::arg("builder"), py::arg("name"), py::arg("arm"));
   m.def(
       "add_OperationalSpaceController",
       [](const py::object& builder, const std::string& name,
-         const OperationalSpaceControllerParams& params,
-         const ArmModelParams& arm) {
+         const OperationalSpaceControllerParams<7>& params,
+         const ArmModelParams<7>& arm) {
         Add<OperationalSpaceControllerSystem>(builder, name, params, arm);
       },
       py::arg("builder"), py::arg("name"), py::arg("params"), py::arg("arm"));
@@ -271,8 +271,8 @@ PYBIND11_MODULE(_native, m) {
   m.def(
       "add_RobotSide",
       [](const py::object& builder, const std::string& name,
-         const RobotSideParams& params, const ArmModelParams& arm,
-         const std::optional<py::object>& q_start,
+         const RobotSideParams<SerialArm<7>>& params,
+         const ArmModelParams<7>& arm, const std::optional<py::object>& q_start,
          const std::optional<ForceTorqueSensorParams>& sensor,
          const py::object& p_SE, std::uint64_t seed, std::uint64_t filter_seed,
          std::uint64_t angular_filter_seed) {
@@ -293,12 +293,12 @@ PYBIND11_MODULE(_native, m) {
   m.def(
       "add_TeleopLoop",
       [](const py::object& builder, const std::string& name,
-         const Scenario& scenario, const ArmModelParams& arm, int sensor_joint,
-         const std::optional<py::object>& q_start) {
+         const Scenario& scenario, const ArmModelParams<7>& arm,
+         int sensor_joint, const std::optional<py::object>& q_start) {
         std::optional<Vector7> q;
         if (q_start) q = AsFixed<Vector7>(*q_start, "q_start");
         Add<TeleopLoopSystem>(builder, name,
-                              MakeTeleopLoopParams(scenario, arm),
+                              MakeTeleopLoopParams<SerialArm<7>>(scenario, arm),
                               drake::multibody::JointIndex(sensor_joint), q);
       },
       py::arg("builder"), py::arg("name"), py::arg("scenario"), py::arg("arm"),

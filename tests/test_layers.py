@@ -18,6 +18,7 @@ LAYERS = {
     "sides": "systems",
     "simulation": "systems",
     "loop": "systems",
+    "robots": "plugin",
     "experiment": "plugin",
     "station": "plugin",
 }

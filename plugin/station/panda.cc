@@ -21,7 +21,7 @@
 
 namespace dual_proxy {
 
-// The text of models/panda.urdf, the arm up to its flange; defined in
+// The text of robots/panda/panda.urdf, the arm up to its flange; defined in
 // panda_urdf.cc, which the build makes.
 const char* PandaUrdf();
 
@@ -51,9 +51,6 @@ using Eigen::Vector3d;
 using Eigen::Vector4d;
 
 constexpr int kNumJoints = 7;
-
-// The flange, where the sensor's frame S is, in panda_link7, m.
-const Vector3d p_7S{0, 0, 0.107};
 
 DiscreteContactApproximation ToDrake(ContactApproximation approximation) {
   switch (approximation) {
@@ -86,7 +83,7 @@ ModelInstanceIndex AddArm(MultibodyPlant<double>* plant, double tool_mass) {
   const Frame<double>& flange =
       plant->AddFrame(std::make_unique<FixedOffsetFrame<double>>(
           "flange", plant->GetFrameByName("panda_link7", arm),
-          RigidTransformd(p_7S)));
+          RigidTransformd(kPandaFlange)));
   plant->AddJoint(std::make_unique<WeldJoint<double>>(
       "ft_sensor", flange, tool, RigidTransformd::Identity()));
   plant->AddFrame(std::make_unique<FixedOffsetFrame<double>>(
@@ -156,10 +153,10 @@ ProximityProperties MakeProximityProperties(const PandaSceneParams& params,
 }
 
 // Reads the numbers of a finalized plant that has no more than the arm.
-ArmModelParams CalcArmModelParams(const MultibodyPlant<double>& plant) {
+ArmModelParams<7> CalcArmModelParams(const MultibodyPlant<double>& plant) {
   const auto context = plant.CreateDefaultContext();
   plant.SetPositions(context.get(), Vector7::Zero());
-  ArmModelParams params;
+  ArmModelParams<7> params;
   const Frame<double>* parent = &plant.world_frame();
   for (int i = 0; i < kNumJoints; ++i) {
     const auto& joint = plant.GetJointByName<RevoluteJoint>(

@@ -8,7 +8,7 @@ namespace dual_proxy {
 
 using Memory = TeleopLoopMemory;
 
-TeleopLoopSystem::TeleopLoopSystem(const TeleopLoopParams& params,
+TeleopLoopSystem::TeleopLoopSystem(const TeleopLoopParams<SerialArm<7>>& params,
                                    drake::multibody::JointIndex sensor_joint,
                                    const std::optional<Vector7>& q_start)
     : Face(Feedthrough::kNo), loop_(params), sensor_joint_(sensor_joint) {
@@ -61,7 +61,7 @@ TeleopLoopSystem::TeleopLoopSystem(const TeleopLoopParams& params,
 void TeleopLoopSystem::Step(const Context& context, Memory* memory) const {
   const Eigen::VectorXd& x = get_robot_state_input_port().Eval(context);
   const double time = context.get_time();
-  TeleopLoopInput input{.q = x.head<7>(), .v = x.tail<7>()};
+  TeleopLoopInput<SerialArm<7>> input{.q = x.head<7>(), .v = x.tail<7>()};
   // A simulated plant has no reaction before its first step.
   input.has_reaction = time > 0;
   if (input.has_reaction) {
@@ -70,7 +70,7 @@ void TeleopLoopSystem::Step(const Context& context, Memory* memory) const {
         sensor_joint_);
   }
   loop_.Update(time, input, &memory->loop);
-  memory->torque = memory->loop.torque();
+  memory->torque = memory->loop.command();
 }
 
 }  // namespace dual_proxy

@@ -12,7 +12,7 @@ namespace dual_proxy {
 
 /** What a TeleopLoopSystem remembers. */
 struct TeleopLoopMemory {
-  TeleopLoopState loop;
+  TeleopLoopState<SerialArm<7>> loop;
   Vector7 torque{Vector7::Zero()};  ///< N m, of the last step.
 };
 
@@ -59,11 +59,11 @@ class TeleopLoopSystem final : public Face<TeleopLoopMemory> {
   /** @param sensor_joint  PandaScene::sensor_joint.
   @param q_start rad, where the arm will be when the run starts.
   @throws std::invalid_argument if parameters are invalid. */
-  TeleopLoopSystem(const TeleopLoopParams& params,
+  TeleopLoopSystem(const TeleopLoopParams<SerialArm<7>>& params,
                    drake::multibody::JointIndex sensor_joint,
                    const std::optional<Vector7>& q_start = std::nullopt);
 
-  const TeleopLoop& loop() const { return loop_; }
+  const TeleopLoop<SerialArm<7>>& loop() const { return loop_; }
 
   const InputPort& get_robot_state_input_port() const {
     return get_input_port(0);
@@ -81,7 +81,7 @@ class TeleopLoopSystem final : public Face<TeleopLoopMemory> {
  private:
   void Step(const Context& context, TeleopLoopMemory* memory) const override;
 
-  TeleopLoop loop_;
+  TeleopLoop<SerialArm<7>> loop_;
   drake::multibody::JointIndex sensor_joint_;
 };
 

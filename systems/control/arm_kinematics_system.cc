@@ -5,7 +5,7 @@
 
 namespace dual_proxy {
 
-ArmKinematicsSystem::ArmKinematicsSystem(const ArmModelParams& arm)
+ArmKinematicsSystem::ArmKinematicsSystem(const ArmModelParams<7>& arm)
     : arm_(arm) {
   DeclareVectorInputPort("robot_state", 14);
   DeclareAbstractOutputPort("robot_pose", &ArmKinematicsSystem::CalcPose,
@@ -19,7 +19,7 @@ void ArmKinematicsSystem::CalcPose(const Context& context,
                                    drake::math::RigidTransformd* X_BE) const {
   const Eigen::VectorXd& x = get_robot_state_input_port().Eval(context);
   Pose pose;
-  ModelTerms terms;
+  ModelTerms<7> terms;
   arm_.Calc(x.head<7>(), x.tail<7>(), &pose, &terms);
   *X_BE = ToRigidTransform(pose);
 }
@@ -29,9 +29,9 @@ void ArmKinematicsSystem::CalcVelocity(
     drake::systems::BasicVector<double>* velocity) const {
   const Eigen::VectorXd& x = get_robot_state_input_port().Eval(context);
   Pose pose;
-  ModelTerms terms;
+  ModelTerms<7> terms;
   arm_.Calc(x.head<7>(), x.tail<7>(), &pose, &terms);
-  velocity->get_mutable_value() = CalcTwist(terms.J_BE, x.tail<7>());
+  velocity->get_mutable_value() = CalcTwist<7>(terms, x.tail<7>());
 }
 
 }  // namespace dual_proxy

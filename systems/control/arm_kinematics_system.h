@@ -37,7 +37,7 @@ class ArmKinematicsSystem final : public drake::systems::LeafSystem<double> {
 
   /** @param arm the model of the arm.
   @throws std::invalid_argument if it is invalid. */
-  explicit ArmKinematicsSystem(const ArmModelParams& arm);
+  explicit ArmKinematicsSystem(const ArmModelParams<7>& arm);
 
   const InputPort& get_robot_state_input_port() const {
     return get_input_port(0);
@@ -57,7 +57,7 @@ class ArmKinematicsSystem final : public drake::systems::LeafSystem<double> {
   void CalcVelocity(const Context& context,
                     drake::systems::BasicVector<double>* velocity) const;
 
-  ArmModel arm_;
+  ArmModel<7> arm_;
 };
 
 }  // namespace dual_proxy

@@ -6,7 +6,8 @@ namespace dual_proxy {
 using Memory = OperationalSpaceControllerMemory;
 
 OperationalSpaceControllerSystem::OperationalSpaceControllerSystem(
-    const OperationalSpaceControllerParams& params, const ArmModelParams& arm)
+    const OperationalSpaceControllerParams<7>& params,
+    const ArmModelParams<7>& arm)
     : Face(Feedthrough::kYes), controller_(params), arm_(arm) {
   DeclareVectorInputPort("robot_state", 14);
   for (const char* name : {"motion_error", "rotation_error", "reference_force",
@@ -46,7 +47,7 @@ OperationalSpaceControllerSystem::OperationalSpaceControllerSystem(
 void OperationalSpaceControllerSystem::Step(const Context& context,
                                             Memory* memory) const {
   const Eigen::VectorXd& x = get_robot_state_input_port().Eval(context);
-  OperationalSpaceControllerInput input;
+  OperationalSpaceControllerInput<7> input;
   input.q = x.head<7>();
   input.v = x.tail<7>();
   Pose X_BE;

@@ -9,8 +9,8 @@ namespace dual_proxy {
 
 /** What an OperationalSpaceControllerSystem remembers. */
 struct OperationalSpaceControllerMemory {
-  OperationalSpaceControllerState state;
-  OperationalSpaceControllerOutput output;  ///< Of the last step.
+  OperationalSpaceControllerState<7> state;
+  OperationalSpaceControllerOutput<7> output;  ///< Of the last step.
 };
 
 /** Unified force/motion control of the arm: OperationalSpaceController and
@@ -65,8 +65,8 @@ class OperationalSpaceControllerSystem final
   /** @param arm the model of the arm.
   @throws std::invalid_argument if parameters are invalid. */
   OperationalSpaceControllerSystem(
-      const OperationalSpaceControllerParams& params,
-      const ArmModelParams& arm);
+      const OperationalSpaceControllerParams<7>& params,
+      const ArmModelParams<7>& arm);
 
   const InputPort& get_robot_state_input_port() const {
     return get_input_port(0);
@@ -121,8 +121,8 @@ class OperationalSpaceControllerSystem final
   void Step(const Context& context,
             OperationalSpaceControllerMemory* memory) const override;
 
-  OperationalSpaceController controller_;
-  ArmModel arm_;
+  OperationalSpaceController<7> controller_;
+  ArmModel<7> arm_;
 };
 
 }  // namespace dual_proxy

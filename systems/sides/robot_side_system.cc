@@ -10,8 +10,8 @@ namespace dual_proxy {
 
 using Memory = RobotSideMemory;
 
-RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
-                                 const ArmModelParams& arm,
+RobotSideSystem::RobotSideSystem(const RobotSideParams<SerialArm<7>>& params,
+                                 const ArmModelParams<7>& arm,
                                  const std::optional<Vector7>& q_start,
                                  const std::optional<RobotSideSensor>& sensor,
                                  const RobotSideSeeds& seeds)
@@ -21,7 +21,7 @@ RobotSideSystem::RobotSideSystem(const RobotSideParams& params,
   if (q_start) {
     ThrowUnlessIn("RobotSideSystem", "q_start", *q_start, Finite());
     Pose X_BE;
-    ModelTerms terms;
+    ModelTerms<7> terms;
     arm_.Calc(*q_start, Vector7::Zero(), &X_BE, &terms);
     start.torque = -terms.gravity;
   }
@@ -114,7 +114,7 @@ void RobotSideSystem::CalcRobotPose(const Context& context,
                                     drake::math::RigidTransformd* X_BE) const {
   const Eigen::VectorXd& x = get_robot_state_input_port().Eval(context);
   Pose pose;
-  ModelTerms terms;
+  ModelTerms<7> terms;
   arm_.Calc(x.head<7>(), x.tail<7>(), &pose, &terms);
   *X_BE = ToRigidTransform(pose);
 }
@@ -122,7 +122,7 @@ void RobotSideSystem::CalcRobotPose(const Context& context,
 void RobotSideSystem::Step(const Context& context, Memory* memory) const {
   const Eigen::VectorXd& x = get_robot_state_input_port().Eval(context);
   const double time = context.get_time();
-  RobotSideInput input;
+  RobotSideInput<SerialArm<7>> input;
   input.message = EvalMessage(get_haptic_message_input_port(), context,
                               ToRobotTag(side_.params().scheme));
   input.q = x.head<7>();

@@ -27,7 +27,7 @@ struct RobotSideSeeds {
 
 /** What a RobotSideSystem remembers. */
 struct RobotSideMemory {
-  RobotSideState side;
+  RobotSideState<SerialArm<7>> side;
   ForceTorqueSensorState sensor;
   Vector7 torque{Vector7::Zero()};  ///< N m, of the last step.
   bool stepped{false};              ///< Whether there was a step.
@@ -114,12 +114,13 @@ class RobotSideSystem final : public Face<RobotSideMemory> {
   @param seeds of the filters.
   @throws std::invalid_argument if parameters are invalid, or the sensor's
   period is not the side's. */
-  RobotSideSystem(const RobotSideParams& params, const ArmModelParams& arm,
+  RobotSideSystem(const RobotSideParams<SerialArm<7>>& params,
+                  const ArmModelParams<7>& arm,
                   const std::optional<Vector7>& q_start = std::nullopt,
                   const std::optional<RobotSideSensor>& sensor = std::nullopt,
                   const RobotSideSeeds& seeds = {});
 
-  const RobotSide& side() const { return side_; }
+  const RobotSide<SerialArm<7>>& side() const { return side_; }
 
   const InputPort& get_haptic_message_input_port() const {
     return get_input_port(0);
@@ -215,8 +216,8 @@ class RobotSideSystem final : public Face<RobotSideMemory> {
   void CalcRobotPose(const Context& context,
                      drake::math::RigidTransformd* X_BE) const;
 
-  RobotSide side_;
-  ArmModel arm_;
+  RobotSide<SerialArm<7>> side_;
+  ArmModel<7> arm_;
   std::optional<ForceTorqueSensor> sensor_;
   Eigen::Vector3d p_SE_{Eigen::Vector3d::Zero()};
 };

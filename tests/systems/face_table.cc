@@ -68,7 +68,7 @@ void Serialize(Archive* a, OperatorPathParams* params) {
 }
 
 template <typename Archive>
-void Serialize(Archive* a, ArmModelParams* params) {
+void Serialize(Archive* a, ArmModelParams<7>* params) {
   a->Visit(NameValue("p_PJ", &params->p_PJ));
   a->Visit(NameValue("R_PJ", &params->R_PJ));
   a->Visit(NameValue("mass", &params->mass));
@@ -170,8 +170,9 @@ RobotSideProxyParams FaceParams::robot_side_proxy() const {
   return params;
 }
 
-RobotSideParams FaceParams::robot_side(bool angular_filter) const {
-  RobotSideParams params;
+RobotSideParams<SerialArm<7>> FaceParams::robot_side(
+    bool angular_filter) const {
+  RobotSideParams<SerialArm<7>> params;
   params.proxy = robot_side_proxy();
   AngularFilterParams& angular = params.perception.angular_filter;
   angular.enabled = angular_filter;
@@ -182,7 +183,7 @@ RobotSideParams FaceParams::robot_side(bool angular_filter) const {
 const FaceParams& GetFaceParams() {
   static const FaceParams params = [] {
     auto result = Load<FaceParams>("params.yaml");
-    result.arm = Load<ArmModelParams>("arm.yaml");
+    result.arm = Load<ArmModelParams<7>>("arm.yaml");
     return result;
   }();
   return params;
@@ -213,7 +214,7 @@ std::unique_ptr<System<double>> MakeFace(const std::string& name) {
       {"OperationalSpaceController",
        [&p] {
          return std::make_unique<OperationalSpaceControllerSystem>(
-             OperationalSpaceControllerParams{}, p.arm);
+             OperationalSpaceControllerParams<7>{}, p.arm);
        }},
       {"HapticController",
        [] { return std::make_unique<HapticControllerSystem>(); }},

@@ -67,7 +67,7 @@ struct FaceParams {
   std::uint64_t sensor_seed{};
   Eigen::Vector3d p_SE{Eigen::Vector3d::Zero()};
   Vector7 q_start{Vector7::Zero()};
-  ArmModelParams arm;
+  ArmModelParams<7> arm;
 
   /** The sensor as a RobotSideSystem takes it. */
   RobotSideSensor robot_side_sensor() const {
@@ -75,7 +75,7 @@ struct FaceParams {
   }
   /** Parameters with the map. */
   RobotSideProxyParams robot_side_proxy() const;
-  RobotSideParams robot_side(bool angular_filter = false) const;
+  RobotSideParams<SerialArm<7>> robot_side(bool angular_filter = false) const;
 };
 
 const FaceParams& GetFaceParams();

@@ -161,7 +161,7 @@ TEST(WiringTest, RobotSideOfSeparateFaces) {
   auto* proxy =
       builder.AddSystem<RobotSideProxySystem>(params.robot_side_proxy());
   auto* controller = builder.AddSystem<OperationalSpaceControllerSystem>(
-      OperationalSpaceControllerParams{}, params.arm);
+      OperationalSpaceControllerParams<7>{}, params.arm);
   builder.Connect(arm->get_robot_pose_output_port(),
                   proxy->get_robot_pose_input_port());
   for (const char* name :
@@ -184,9 +184,10 @@ TEST(WiringTest, RobotSideOfSeparateFaces) {
 
   FacePlayer fused("RobotSide");
   FacePlayer separate("RobotSide", builder.Build());
-  ExpectSameInSteps("RobotSide",
-                    SizeOf(RobotSide(GetFaceParams().robot_side()).layout()),
-                    &fused, &separate);
+  ExpectSameInSteps(
+      "RobotSide",
+      SizeOf(RobotSide<SerialArm<7>>(GetFaceParams().robot_side()).layout()),
+      &fused, &separate);
 }
 
 TEST(WiringTest, HapticSideOfSeparateFaces) {
@@ -640,7 +641,7 @@ TEST(ErrorsTest, NameWhatIsWrong) {
   expect("ForceTorqueSensorSystem: field `p_SE` expected",
          [] { ForceTorqueSensorSystem({}, Vector3d(0, kNan, 0)); });
   expect("ArmModelParams: field `mass[0]` expected",
-         [] { ArmKinematicsSystem{ArmModelParams{}}; });
+         [] { ArmKinematicsSystem{ArmModelParams<7>{}}; });
   expect("RobotSideSystem: field `q_start` expected", [&params] {
     RobotSideSystem({}, params.arm, Vector7::Constant(kNan));
   });
