@@ -30,10 +30,10 @@ class Scene {
   }
 
   double time() const { return kPeriod * static_cast<double>(tick_); }
-  const TeleopLoop& loop() const { return loop_; }
-  const SimulatedArm& arm() const { return arm_; }
-  TeleopLoopState& state() { return state_; }
-  SimulatedArmState& arm_state() { return arm_state_; }
+  const TeleopLoop<SerialArm<7>>& loop() const { return loop_; }
+  const SimulatedArm<7>& arm() const { return arm_; }
+  TeleopLoopState<SerialArm<7>>& state() { return state_; }
+  SimulatedArmState<7>& arm_state() { return arm_state_; }
 
   void Step() {
     UpdateLoop();
@@ -50,21 +50,21 @@ class Scene {
     ++tick_;
   }
 
-  void UpdateArm() { arm_.Update(state_.torque(), &arm_state_); }
+  void UpdateArm() { arm_.Update(state_.command(), &arm_state_); }
 
  private:
   static Pose StartPose() {
-    return SimulatedArm({}, MakeTestArm()).MakeState(kTestArmAtRest).X_BE;
+    return SimulatedArm<7>({}, MakeTestArm()).MakeState(kTestArmAtRest).X_BE;
   }
 
-  static TeleopLoopParams MakeParams() {
+  static TeleopLoopParams<SerialArm<7>> MakeParams() {
     const Pose X_BE = StartPose();
-    TeleopLoopParams params;
+    TeleopLoopParams<SerialArm<7>> params;
     params.robot.proxy.map.p_cw = X_BE.p;
     params.robot.proxy.map.R_cw = X_BE.R;
     params.haptic.proxy.map = params.robot.proxy.map;
     params.robot.perception.filter.period = 0.01;
-    params.arm = MakeTestArm();
+    params.model = MakeTestArm();
     params.sensor.force_noise_std = 0.2;
     // Down for a second, then to and fro for a very long time.
     constexpr int kTurns = 400;
@@ -85,10 +85,10 @@ class Scene {
     return {.surfaces = {table}, .tool_radius = 0.01};
   }
 
-  TeleopLoop loop_;
-  SimulatedArm arm_;
-  TeleopLoopState state_;
-  SimulatedArmState arm_state_;
+  TeleopLoop<SerialArm<7>> loop_;
+  SimulatedArm<7> arm_;
+  TeleopLoopState<SerialArm<7>> state_;
+  SimulatedArmState<7> arm_state_;
   int tick_{0};
 };
 
@@ -106,9 +106,9 @@ void ArmPlant(benchmark::State& state) {
 
 void ModelTermsOfArm(benchmark::State& state) {
   Scene scene;
-  const ArmModel model(MakeTestArm());
+  const ArmModel<7> model(MakeTestArm());
   Pose X_BE;
-  ModelTerms terms;
+  ModelTerms<7> terms;
   MeasureCalls(
       10, [&] { scene.Step(); },
       [&] {
@@ -120,15 +120,15 @@ void ModelTermsOfArm(benchmark::State& state) {
 
 void Controller(benchmark::State& state) {
   Scene scene;
-  const OperationalSpaceController controller(
+  const OperationalSpaceController<7> controller(
       scene.loop().params().robot.controller);
-  OperationalSpaceControllerState memory = controller.MakeState();
-  OperationalSpaceControllerInput input;
+  OperationalSpaceControllerState<7> memory = controller.MakeState();
+  OperationalSpaceControllerInput<7> input;
   MeasureCalls(
       1,
       [&] {
         scene.Step();
-        const RobotSideOutput& side = scene.state().robot.output;
+        const RobotSideOutput<SerialArm<7>>& side = scene.state().robot.output;
         const RobotSetpoint& setpoint =
             scene.state().robot.half.output().setpoint;
         input.model = scene.arm_state().terms;
@@ -148,9 +148,9 @@ void Controller(benchmark::State& state) {
 
 void WholeRobotSide(benchmark::State& state) {
   Scene scene;
-  const RobotSide side(scene.loop().params().robot);
-  RobotSideState memory = scene.state().robot;
-  RobotSideInput input;
+  const RobotSide<SerialArm<7>> side(scene.loop().params().robot);
+  RobotSideState<SerialArm<7>> memory = scene.state().robot;
+  RobotSideInput<SerialArm<7>> input;
   MeasureCalls(
       1,
       [&] {

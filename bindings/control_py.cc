@@ -6,6 +6,7 @@
 #include "dual_proxy/control/haptic_controller.h"
 #include "dual_proxy/control/operational_space_controller.h"
 #include "dual_proxy/control/passivity_controller.h"
+#include "dual_proxy/control/point_controller.h"
 #include "dual_proxy/control/selection_blend.h"
 #include "params.h"
 
@@ -89,20 +90,20 @@ void BindSelectionBlend(py::module_& m) {
 }
 
 void BindJointLimits(py::module_& m) {
-  using P = JointLimitsParams;
+  using P = JointLimitsParams<7>;
   BindParams<P>(m, "JointLimitsParams",
                 "Parameters of JointLimits; the defaults are the Panda's.")
       .Fields();
-  py::class_<JointLimits>(
+  py::class_<JointLimits<7>>(
       m, "JointLimits",
       "Keeps joints within their ends and speeds by damping that sets in "
       "before them.")
       .def(py::init<P>(), py::arg("params") = P{})
-      .def_property_readonly("params", &ParamsOf<JointLimits>)
+      .def_property_readonly("params", &ParamsOf<JointLimits<7>>)
       .def(
           "limit",
-          [](const JointLimits& self, const py::object& q, const py::object& v,
-             const py::object& acceleration) {
+          [](const JointLimits<7>& self, const py::object& q,
+             const py::object& v, const py::object& acceleration) {
             return self.Limit(AsFixed<Vector7>(q, "q"),
                               AsFixed<Vector7>(v, "v"),
                               AsFixed<Vector7>(acceleration, "acceleration"));
@@ -147,12 +148,12 @@ void BindForceLoop(py::module_& m) {
 }
 
 void BindOperationalSpaceController(py::module_& m) {
-  using P = OperationalSpaceControllerParams;
+  using P = OperationalSpaceControllerParams<7>;
   BindParams<P>(m, "OperationalSpaceControllerParams",
                 "Parameters of OperationalSpaceController.")
       .Fields();
 
-  using O = OperationalSpaceControllerOutput;
+  using O = OperationalSpaceControllerOutput<7>;
   BindState<O>(m, "OperationalSpaceControllerOutput",
                "Results of one cycle, in B.")
       .def_readonly("torque", &O::torque, kCopy,
@@ -170,7 +171,7 @@ void BindOperationalSpaceController(py::module_& m) {
       .def_readonly("injected_moment_damping", &O::injected_moment_damping,
                     "N m s/rad, moment loop");
 
-  using S = OperationalSpaceControllerState;
+  using S = OperationalSpaceControllerState<7>;
   BindState<S>(m, "OperationalSpaceControllerState",
                "Memory of OperationalSpaceController.")
       .def_readonly("force_selection", &S::force_selection)
@@ -188,18 +189,18 @@ void BindOperationalSpaceController(py::module_& m) {
       .def_readonly("rate_limited", &S::rate_limited,
                     "cycles in which torque_rate_limit acted");
 
-  py::class_<OperationalSpaceController>(
+  py::class_<OperationalSpaceController<7>>(
       m, "OperationalSpaceController",
       "Unified force/motion control in operational space, eq. (10) to (17).")
       .def(py::init<P>(), py::arg("params") = P{})
-      .def_property_readonly("params", &ParamsOf<OperationalSpaceController>)
-      .def("make_state", &OperationalSpaceController::MakeState)
+      .def_property_readonly("params", &ParamsOf<OperationalSpaceController<7>>)
+      .def("make_state", &OperationalSpaceController<7>::MakeState)
       .def(
           "update",
-          [](const OperationalSpaceController& self, const py::object& jacobian,
-             const py::object& mass, const py::object& bias,
-             const py::object& gravity, const py::object& jdot_v,
-             const py::object& q, const py::object& v,
+          [](const OperationalSpaceController<7>& self,
+             const py::object& jacobian, const py::object& mass,
+             const py::object& bias, const py::object& gravity,
+             const py::object& jdot_v, const py::object& q, const py::object& v,
              const py::object& motion_error, const py::object& rotation_error,
              const py::object& proxy_velocity,
              const py::object& proxy_acceleration,
@@ -248,7 +249,7 @@ void BindOperationalSpaceController(py::module_& m) {
       "calc_operational_space_inertia",
       [](const py::object& jacobian, const py::object& mass, double max_mass,
          double length) {
-        const OperationalSpaceInertia inertia = CalcOperationalSpaceInertia(
+        const OperationalSpaceInertia inertia = CalcOperationalSpaceInertia<7>(
             AsFixed<Matrix67>(jacobian, "jacobian"),
             AsFixed<Matrix7>(mass, "mass"), max_mass, length);
         if (!inertia.valid) {
@@ -282,12 +283,13 @@ Matrix3dPerJoint AsMatrixPerJoint(const py::handle& value, const char* name) {
 }
 
 // As BindParams::Field() does for one matrix.
-void MatrixPerJointField(BindParams<ArmModelParams>* params, const char* name,
-                         Matrix3dPerJoint ArmModelParams::* member,
+void MatrixPerJointField(BindParams<ArmModelParams<7>>* params,
+                         const char* name,
+                         Matrix3dPerJoint ArmModelParams<7>::* member,
                          const char* doc) {
   params->ArrayField(
       name,
-      [member](const ArmModelParams& self) {
+      [member](const ArmModelParams<7>& self) {
         py::array_t<double> array({7, 3, 3});
         auto view = array.mutable_unchecked<3>();
         for (int i = 0; i < 7; ++i) {
@@ -297,14 +299,75 @@ void MatrixPerJointField(BindParams<ArmModelParams>* params, const char* name,
         }
         return ReadOnly(array);
       },
-      [member, name](ArmModelParams* self, const py::object& value) {
+      [member, name](ArmModelParams<7>* self, const py::object& value) {
         self->*member = AsMatrixPerJoint(value, name);
       },
       doc);
 }
 
+void BindPointController(py::module_& m) {
+  using P = PointControllerParams;
+  BindParams<P>(m, "PointControllerParams",
+                "Parameters of PointController; the gains are the paper's for "
+                "its point robot (V.C).")
+      .Fields();
+
+  using O = PointControllerOutput;
+  BindState<O>(m, "PointControllerOutput", "Results of one cycle, in B.")
+      .def_readonly("force", &O::force, kCopy, "(3,), N: what pushes the mass")
+      .def_readonly("motion_force", &O::motion_force, kCopy,
+                    "command in motion space, (3,): m/s^2 = N for 1 kg, or F_m "
+                    "in N")
+      .def_readonly("contact_force", &O::contact_force, kCopy, "F_f, (3,), N")
+      .def_readonly("observed_energy", &O::observed_energy, "J")
+      .def_readonly("injected_damping", &O::injected_damping, "N s/m");
+
+  using S = PointControllerState;
+  BindState<S>(m, "PointControllerState", "Memory of PointController.")
+      .def_readonly("bad_inputs", &S::bad_inputs, "cycles refused")
+      .def_readonly("force_limited", &S::force_limited,
+                    "cycles in which force_limit acted")
+      .def_readonly("rate_limited", &S::rate_limited,
+                    "cycles in which force_rate_limit acted");
+
+  py::class_<PointController>(
+      m, "PointController",
+      "Unified force/motion control of a point of mass, eq. (12) to (14).")
+      .def(py::init<P>(), py::arg("params") = P{})
+      .def_property_readonly("params", &ParamsOf<PointController>)
+      .def("make_state", &PointController::MakeState)
+      .def(
+          "update",
+          [](const PointController& self, double mass, const py::object& v,
+             const py::object& motion_error, const py::object& proxy_velocity,
+             const py::object& proxy_acceleration,
+             const py::object& reference_force,
+             const py::object& force_selection, const py::object& sensed_force,
+             S& state, bool sensor_ready) {
+            return self.Update(
+                {.model = {.mass = mass},
+                 .v = Vec3(v, "v"),
+                 .motion_error = Vec3(motion_error, "motion_error"),
+                 .proxy_velocity = Vec3(proxy_velocity, "proxy_velocity"),
+                 .proxy_acceleration =
+                     Vec3(proxy_acceleration, "proxy_acceleration"),
+                 .reference_force = Vec3(reference_force, "reference_force"),
+                 .force_selection = Mat3(force_selection, "force_selection"),
+                 .sensed_force = Vec3(sensed_force, "sensed_force"),
+                 .sensor_ready = sensor_ready},
+                &state);
+          },
+          py::arg("mass"), py::arg("v"), py::arg("motion_error"),
+          py::arg("proxy_velocity"), py::arg("proxy_acceleration"),
+          py::arg("reference_force"), py::arg("force_selection"),
+          py::arg("sensed_force"), py::arg("state"),
+          py::arg("sensor_ready") = true,
+          "Advances by one period, mass in kg, vectors (3,) in B; see "
+          "control/point_controller.h.\nReturns a PointControllerOutput.");
+}
+
 void BindArmModel(py::module_& m) {
-  using P = ArmModelParams;
+  using P = ArmModelParams<7>;
   BindParams<P> params(m, "ArmModelParams",
                        "Parameters of ArmModel: P is the link in front of a "
                        "joint, J what the joint turns about its z.");
@@ -320,16 +383,17 @@ void BindArmModel(py::module_& m) {
       .Field("R_LE", &P::R_LE, "(3, 3): orientation of E in the last J")
       .Field("gravity", &P::gravity,
              "(3,), m/s^2, in B, default (0, 0, -9.81)");
-  py::class_<ArmModel>(
+  py::class_<ArmModel<7>>(
       m, "ArmModel",
       "Kinematics and dynamics of a serial arm with seven revolute joints.")
       .def(py::init<P>(), py::arg("params"))
-      .def_property_readonly("params", &ParamsOf<ArmModel>)
+      .def_property_readonly("params", &ParamsOf<ArmModel<7>>)
       .def(
           "calc",
-          [](const ArmModel& self, const py::object& q, const py::object& v) {
+          [](const ArmModel<7>& self, const py::object& q,
+             const py::object& v) {
             Pose X_BE;
-            ModelTerms terms;
+            ModelTerms<7> terms;
             self.Calc(Vec7(q, "q"), Vec7(v, "v"), &X_BE, &terms);
             return py::make_tuple(X_BE.p, X_BE.R, terms.J_BE, terms.mass,
                                   terms.bias, terms.gravity, terms.Jdot_v);
@@ -384,6 +448,7 @@ void BindControl(py::module_& m) {
   BindJointLimits(m);
   BindForceLoop(m);
   BindOperationalSpaceController(m);
+  BindPointController(m);
   BindArmModel(m);
   BindHapticController(m);
 }

@@ -18,6 +18,7 @@
 #include "dual_proxy/experiment/metrics.h"
 #include "dual_proxy/experiment/recording.h"
 #include "dual_proxy/experiment/run_log_store.h"
+#include "dual_proxy/robots/panda/panda.h"
 #include "params.h"
 
 // dual_proxy.metrics and dual_proxy.recording are the typed faces of what is
@@ -81,14 +82,18 @@ std::optional<py::array_t<double>> RotationArray(
   return array;
 }
 
-void BindArmLimits(py::module_& m) {
-  const ArmLimits limits;
+// plugin/robots/panda, for panda.py.
+void BindPanda(py::module_& m) {
+  const ArmLimits<7> limits;
   py::dict values;
   values["joint_lower"] = limits.joint_lower;
   values["joint_upper"] = limits.joint_upper;
   values["joint_speed"] = limits.joint_speed;
   values["torque"] = limits.torque;
-  m.attr("_ARM_LIMITS") = values;
+  values["q_rest"] = kPandaQRest;
+  values["tool_pointing_down"] = kToolPointingDown;
+  values["flange"] = kPandaFlange;
+  m.attr("_PANDA") = values;
 }
 
 void BindMetrics(py::module_& m) {
@@ -267,7 +272,7 @@ void BindRecording(py::module_& m) {
 }  // namespace
 
 void BindExperiment(py::module_& m) {
-  BindArmLimits(m);
+  BindPanda(m);
   BindRunLogStore(m);
   BindMetrics(m);
   BindRecording(m);

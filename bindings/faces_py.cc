@@ -300,12 +300,12 @@ void BindMakers(py::module_& m) {
   m.def("_make_WindowMean", [](double window, double period) {
     return ForPython(MakeWindowMeanBlock(window, period));
   });
-  m.def("_make_ArmKinematics", [](const ArmModelParams& arm) {
+  m.def("_make_ArmKinematics", [](const ArmModelParams<7>& arm) {
     return ForPython(MakeArmKinematicsBlock(arm));
   });
   m.def("_make_OperationalSpaceController",
-        [](const OperationalSpaceControllerParams& params,
-           const ArmModelParams& arm) {
+        [](const OperationalSpaceControllerParams<7>& params,
+           const ArmModelParams<7>& arm) {
           return ForPython(MakeOperationalSpaceControllerBlock(params, arm));
         });
   m.def("_make_HapticController", [](const HapticControllerParams& params) {
@@ -325,8 +325,8 @@ void BindMakers(py::module_& m) {
   m.def("_make_SensorReaction",
         [](int joint) { return ForPython(MakeSensorReactionBlock(joint)); });
   m.def("_make_RobotSide",
-        [](const RobotSideParams& params, const ArmModelParams& arm,
-           const py::object& q_start,
+        [](const RobotSideParams<SerialArm<7>>& params,
+           const ArmModelParams<7>& arm, const py::object& q_start,
            const std::optional<ForceTorqueSensorParams>& sensor,
            const py::object& p_SE, std::uint64_t seed,
            std::uint64_t filter_seed, std::uint64_t angular_filter_seed) {
@@ -353,10 +353,10 @@ void BindMakers(py::module_& m) {
         return ForPython(MakeHapticSideBlock(params, simulated));
       });
   m.def("_make_TeleopLoop",
-        [](const Scenario& scenario, const ArmModelParams& arm, int joint,
+        [](const Scenario& scenario, const ArmModelParams<7>& arm, int joint,
            const py::object& q_start) {
           return ForPython(MakeTeleopLoopBlock(
-              MakeTeleopLoopParams(scenario, arm), joint,
+              MakeTeleopLoopParams<SerialArm<7>>(scenario, arm), joint,
               OptionalVector7(q_start, "TeleopLoop: q_start")));
         });
 }

@@ -47,13 +47,27 @@ py::list Describe(const std::vector<SignalSlice>& layout) {
   return result;
 }
 
+template <typename Plant>
+void BindEngine(py::module_& m, const char* name) {
+  using E = BareEngine<Plant>;
+  py::class_<E>(m, name,
+                "Runs a scenario without Drake; see experiment/bare_engine.h.")
+      .def("advance_to", &E::AdvanceTo, py::arg("time"),
+           py::call_guard<py::gil_scoped_release>(),
+           "Runs up to `time`, s, and logs every control period.")
+      .def_property_readonly(
+          "layout", [](const E& self) { return LayoutDict(self.layout()); },
+          "{signal: slice} of a row of the log.")
+      .def_property_readonly("log", &E::log, "The log so far, a _RunLogStore.");
+}
+
 }  // namespace
 
 void BindLoop(py::module_& m) {
   m.def(
       "_signal_catalogue",
       [] {
-        RobotSideParams robot_params;
+        RobotSideParams<SerialArm<7>> robot_params;
         robot_params.perception.angular_filter.enabled = true;
         const CommunicationChannelState channel =
             CommunicationChannel(CommunicationChannelParams()).MakeState(0);
@@ -62,7 +76,8 @@ void BindLoop(py::module_& m) {
              {MakeLayout(VisitHand, Eigen::Vector3d(Eigen::Vector3d::Zero())),
               HapticSide().layout(),
               MakeLayout(VisitDevice, SimulatedHapticDeviceState()),
-              RobotSide(robot_params).layout(),
+              RobotSide<SerialArm<7>>(robot_params).layout(),
+              RobotSide<PointMass>().layout(),
               MakeLayout(VisitSensor, ForceTorqueSensorState()),
               MakeLayout(VisitChannel, Direction::kToRobot, channel),
               MakeLayout(VisitChannel, Direction::kToDevice, channel),
@@ -75,25 +90,19 @@ void BindLoop(py::module_& m) {
       "[(name, kind, size, unit, frame, meaning)] of every signal that a log "
       "may have.");
 
-  py::class_<BareEngine>(m, "_BareEngine",
-                         "Runs a scenario without Drake; see "
-                         "experiment/bare_engine.h.")
-      .def(py::init([](const Scenario& scenario, const ArmModelParams& arm,
-                       const py::object& q_start, double duration) {
-             return std::make_unique<BareEngine>(
-                 scenario, arm, AsFixed<Vector7>(q_start, "q_start"), duration);
-           }),
-           py::arg("scenario"), py::arg("arm"), py::arg("q_start"),
-           py::arg("duration"))
-      .def("advance_to", &BareEngine::AdvanceTo, py::arg("time"),
-           py::call_guard<py::gil_scoped_release>(),
-           "Runs up to `time`, s, and logs every control period.")
-      .def_property_readonly(
-          "layout",
-          [](const BareEngine& self) { return LayoutDict(self.layout()); },
-          "{signal: slice} of a row of the log.")
-      .def_property_readonly("log", &BareEngine::log,
-                             "The log so far, a _RunLogStore.");
+  BindEngine<SimulatedArm<7>>(m, "_ArmEngine");
+  m.def(
+      "_make_arm_engine",
+      [](const Scenario& scenario, const ArmModelParams<7>& arm,
+         const py::object& q_start, double duration) {
+        return MakeArmEngine(scenario, arm,
+                             AsFixed<Vector7>(q_start, "q_start"), duration);
+      },
+      py::arg("scenario"), py::arg("arm"), py::arg("q_start"),
+      py::arg("duration"), "An engine for a scenario with an arm.");
+  BindEngine<PointRobot>(m, "_PointMassEngine");
+  m.def("_make_point_mass_engine", &MakePointMassEngine, py::arg("scenario"),
+        py::arg("duration"), "An engine for a scenario with a point mass.");
 }
 
 }  // namespace dual_proxy

@@ -171,7 +171,7 @@ void BindScenario(py::module_& m) {
           "uses_selections",
           [](const S& self) { return UsesSelections(self.scheme); },
           "Whether the scheme has use for what perception finds.")
-      .def("robot_side_params", &MakeRobotSideParams,
+      .def("robot_side_params", &MakeRobotSideParams<SerialArm<7>>,
            "RobotSideParams of this scenario.")
       .def("haptic_side_params", &MakeHapticSideParams,
            "HapticSideParams of this scenario.")

@@ -56,7 +56,7 @@ void BindWindowMean(py::module_& m) {
 }
 
 void BindRobotSide(py::module_& m) {
-  using P = RobotSideParams;
+  using P = RobotSideParams<SerialArm<7>>;
   BindParams<P>(m, "RobotSideParams",
                 "Parameters of RobotSide; all `period` fields of the control "
                 "are the same.")
@@ -72,7 +72,7 @@ void BindRobotSide(py::module_& m) {
       .def_readonly("contact", &FilterInput::contact, kCopy,
                     "F_f or M_f, (3,)");
 
-  using S = RobotSideState;
+  using S = RobotSideState<SerialArm<7>>;
   const auto filter = [](ScheduledFilterState ContactPerceptionState::* part) {
     return [part](const S& self) { return (self.perception.*part).filter; };
   };
@@ -160,32 +160,38 @@ void BindRobotSide(py::module_& m) {
     if (!moment.is_none()) result.moment = Mat3(moment, "moment_selection");
     return result;
   };
-  py::class_<RobotSide>(m, "RobotSide",
-                        "All of the robot side's work in one control cycle: "
-                        "the scheme's half, controller, perception.")
+  py::class_<RobotSide<SerialArm<7>>>(
+      m, "RobotSide",
+      "All of the robot side's work in one control cycle: "
+      "the scheme's half, controller, perception.")
       .def(py::init<P>(), py::arg("params") = P{})
-      .def_property_readonly("params", &ParamsOf<RobotSide>)
-      .def("make_state", &RobotSide::MakeState, py::arg("seed") = 0,
-           py::arg("angular_seed") = 1, "With the seeds of the filters.")
+      .def_property_readonly("params", &ParamsOf<RobotSide<SerialArm<7>>>)
+      .def("make_state", &RobotSide<SerialArm<7>>::MakeState,
+           py::arg("seed") = 0, py::arg("angular_seed") = 1,
+           "With the seeds of the filters.")
       .def_static(
           "calc_twist",
           [](const py::object& jacobian, const py::object& v) {
-            return CalcTwist(AsFixed<Matrix67>(jacobian, "jacobian"),
-                             AsFixed<Vector7>(v, "v"));
+            return CalcTwist<7>(
+                {.J_BE = AsFixed<Matrix67>(jacobian, "jacobian")},
+                AsFixed<Vector7>(v, "v"));
           },
           py::arg("jacobian"), py::arg("v"),
           "Twist of the tool point, (6,) [linear; angular], with the very bits "
           "that `update` uses.")
       .def_property_readonly(
           "layout",
-          [](const RobotSide& self) { return LayoutDict(self.layout()); },
+          [](const RobotSide<SerialArm<7>>& self) {
+            return LayoutDict(self.layout());
+          },
           kLayoutDoc)
-      .def("signals", &Signals<RobotSide, S>, py::arg("state"), kSignalsDoc)
+      .def("signals", &Signals<RobotSide<SerialArm<7>>, S>, py::arg("state"),
+           kSignalsDoc)
       .def(
           "update",
           [selections](
-              const RobotSide& self, double time, const py::object& message,
-              const py::object& robot_position,
+              const RobotSide<SerialArm<7>>& self, double time,
+              const py::object& message, const py::object& robot_position,
               const py::object& robot_rotation, const py::object& jacobian,
               const py::object& mass, const py::object& bias,
               const py::object& gravity, const py::object& jdot_v,

@@ -391,7 +391,7 @@ void BindPointRobot(py::module_& m) {
 
 void BindSimulatedArm(py::module_& m) {
   using Params = SimulatedArmParams;
-  using State = SimulatedArmState;
+  using State = SimulatedArmState<7>;
   BindParams<Params>(m, "SimulatedArmParams",
                      "Parameters of SimulatedArm. S is the wrist sensor's "
                      "frame, whose axes are E's.")
@@ -443,26 +443,27 @@ void BindSimulatedArm(py::module_& m) {
           "arm on the\ntool, in the last step.")
       .def_readonly("bad_inputs", &State::bad_inputs,
                     "Updates with a torque that was not finite.");
-  py::class_<SimulatedArm>(
+  py::class_<SimulatedArm<7>>(
       m, "SimulatedArm",
       "An arm that torques and gravity move and that touches surfaces with its "
       "tool.")
-      .def(py::init<const Params&, const ArmModelParams&,
+      .def(py::init<const Params&, const ArmModelParams<7>&,
                     const ContactSceneParams&>(),
            py::arg("params"), py::arg("arm"),
            py::arg("scene") = ContactSceneParams(),
            "arm: with the tool as a part of its last link. scene: its "
            "tool_radius is that\nof every ball.")
-      .def_property_readonly("params", &ParamsOf<SimulatedArm>)
+      .def_property_readonly("params", &ParamsOf<SimulatedArm<7>>)
       .def_property_readonly(
           "arm",
-          [](const SimulatedArm& self) { return ReadOnlyCopy(self.arm()); })
-      .def_property_readonly(
-          "scene",
-          [](const SimulatedArm& self) { return ReadOnlyCopy(self.scene()); })
+          [](const SimulatedArm<7>& self) { return ReadOnlyCopy(self.arm()); })
+      .def_property_readonly("scene",
+                             [](const SimulatedArm<7>& self) {
+                               return ReadOnlyCopy(self.scene());
+                             })
       .def(
           "make_state",
-          [](const SimulatedArm& self, const py::object& q,
+          [](const SimulatedArm<7>& self, const py::object& q,
              const py::object& v) {
             return self.MakeState(AsFixed<Vector7>(q, "q"),
                                   AsFixed<Vector7>(v, "v"));
@@ -471,7 +472,8 @@ void BindSimulatedArm(py::module_& m) {
           "At joint positions q, (7,), rad, with velocities v, (7,), rad/s.")
       .def(
           "update",
-          [](const SimulatedArm& self, const py::object& torque, State* state) {
+          [](const SimulatedArm<7>& self, const py::object& torque,
+             State* state) {
             self.Update(AsFixed<Vector7>(torque, "torque"), state);
           },
           py::arg("torque"), py::arg("state").none(false),

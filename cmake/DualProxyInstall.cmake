@@ -20,13 +20,15 @@ endforeach()
 
 foreach(folder ${DUAL_PROXY_FOLDERS})
   set(path ${PROJECT_SOURCE_DIR}/${folder})
-  file(GLOB headers CONFIGURE_DEPENDS RELATIVE ${path} ${path}/*.h)
+  file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${path} ${path}/*.h)
   get_property(left_out DIRECTORY ${path} PROPERTY dual_proxy_headers_left_out)
   list(REMOVE_ITEM headers ${left_out})
-  list(TRANSFORM headers PREPEND ${path}/)
   cmake_path(GET folder FILENAME name)
-  install(FILES ${headers} COMPONENT dev
-          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dual_proxy/${name})
+  foreach(header ${headers})
+    cmake_path(GET header PARENT_PATH subfolder)
+    install(FILES ${path}/${header} COMPONENT dev
+            DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dual_proxy/${name}/${subfolder})
+  endforeach()
 endforeach()
 
 configure_package_config_file(

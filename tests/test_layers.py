@@ -19,6 +19,7 @@ LAYERS = {
     "simulation": "systems",
     "loop": "systems",
     "faces": "systems",
+    "robots": "plugin",
     "experiment": "plugin",
     "station": "plugin",
 }

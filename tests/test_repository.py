@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def test_installed_package_is_typed_and_has_its_data():
     package = resources.files("dual_proxy")
-    for name in ("py.typed", "_core.pyi", "models/panda.urdf"):
+    for name in ("py.typed", "_core.pyi", "robots/panda/panda.urdf"):
         assert package.joinpath(name).is_file(), name
     assert dp.list_scenarios() == ["flat_tool", "plane"]
 

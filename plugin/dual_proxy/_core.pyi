@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'Message', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'Message', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -3221,6 +3221,186 @@ class OperationalSpaceController:
     @property
     def params(self) -> OperationalSpaceControllerParams:
         ...
+class PointControllerParams:
+    """
+    Parameters of PointController; the gains are the paper's for its point robot (V.C).
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'position_stiffness': '1/s^2, >= 0: Kpm, default 100', 'position_damping': '1/s, >= 0: Kvm, default 20', 'motion_speed_limit': 'm/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0', 'force': "ForceLoopParams: in force space; its period is ignored: the controller's own holds", 'feed_forward': "true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true", 'selection_blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03', 'unit_mass_motion_force': 'true: output motion_force is the command of a unit mass; false: F_m as printed, default true', 'force_limit': 'N, > 0: bound on the whole command, default 100', 'force_rate_limit': 'N/s, > 0: bound on its change, default 20000', 'period': 's, > 0: of control, default 0.001'}
+    def __copy__(self) -> PointControllerParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> PointControllerParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def feed_forward(self) -> bool:
+        """
+        true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true
+        """
+    @feed_forward.setter
+    def feed_forward(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force(self) -> ForceLoopParams:
+        """
+        ForceLoopParams: in force space; its period is ignored: the controller's own holds
+        """
+    @force.setter
+    def force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_limit(self) -> float:
+        """
+        N, > 0: bound on the whole command, default 100
+        """
+    @force_limit.setter
+    def force_limit(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_rate_limit(self) -> float:
+        """
+        N/s, > 0: bound on its change, default 20000
+        """
+    @force_rate_limit.setter
+    def force_rate_limit(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def motion_speed_limit(self) -> float:
+        """
+        m/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0
+        """
+    @motion_speed_limit.setter
+    def motion_speed_limit(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def period(self) -> float:
+        """
+        s, > 0: of control, default 0.001
+        """
+    @period.setter
+    def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def position_damping(self) -> float:
+        """
+        1/s, >= 0: Kvm, default 20
+        """
+    @position_damping.setter
+    def position_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def position_stiffness(self) -> float:
+        """
+        1/s^2, >= 0: Kpm, default 100
+        """
+    @position_stiffness.setter
+    def position_stiffness(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def selection_blend_time(self) -> float:
+        """
+        s, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03
+        """
+    @selection_blend_time.setter
+    def selection_blend_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def unit_mass_motion_force(self) -> bool:
+        """
+        true: output motion_force is the command of a unit mass; false: F_m as printed, default true
+        """
+    @unit_mass_motion_force.setter
+    def unit_mass_motion_force(self, arg1: typing.Any) -> None:
+        ...
+class PointControllerOutput:
+    """
+    Results of one cycle, in B.
+    """
+    def __copy__(self) -> PointControllerOutput:
+        ...
+    def __deepcopy__(self, memo: dict) -> PointControllerOutput:
+        ...
+    @property
+    def contact_force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        F_f, (3,), N
+        """
+    @property
+    def force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,), N: what pushes the mass
+        """
+    @property
+    def injected_damping(self) -> float:
+        """
+        N s/m
+        """
+    @property
+    def motion_force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        command in motion space, (3,): m/s^2 = N for 1 kg, or F_m in N
+        """
+    @property
+    def observed_energy(self) -> float:
+        """
+        J
+        """
+class PointControllerState:
+    """
+    Memory of PointController.
+    """
+    def __copy__(self) -> PointControllerState:
+        ...
+    def __deepcopy__(self, memo: dict) -> PointControllerState:
+        ...
+    @property
+    def bad_inputs(self) -> int:
+        """
+        cycles refused
+        """
+    @property
+    def force_limited(self) -> int:
+        """
+        cycles in which force_limit acted
+        """
+    @property
+    def rate_limited(self) -> int:
+        """
+        cycles in which force_rate_limit acted
+        """
+class PointController:
+    """
+    Unified force/motion control of a point of mass, eq. (12) to (14).
+    """
+    def __init__(self, params: PointControllerParams = ...) -> None:
+        ...
+    def make_state(self) -> PointControllerState:
+        ...
+    def update(self, mass: typing.SupportsFloat | typing.SupportsIndex, v: typing.Any, motion_error: typing.Any, proxy_velocity: typing.Any, proxy_acceleration: typing.Any, reference_force: typing.Any, force_selection: typing.Any, sensed_force: typing.Any, state: PointControllerState, sensor_ready: bool = True) -> PointControllerOutput:
+        """
+        Advances by one period, mass in kg, vectors (3,) in B; see control/point_controller.h.
+        Returns a PointControllerOutput.
+        """
+    @property
+    def params(self) -> PointControllerParams:
+        ...
 class ArmModelParams:
     """
     Parameters of ArmModel: P is the link in front of a joint, J what the joint turns about its z.
@@ -5822,7 +6002,7 @@ class Scenario:
     SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force', 'position_position')
     __hash__: typing.ClassVar[None] = None
     _fields: typing.ClassVar[list]
-    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda": which arm, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "SceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of the robot', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do'}
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda", "point_mass": what the tool is on; a point has no Drake plant, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "SceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of an arm', 'point_controller': 'PointControllerParams: of a point mass', 'point_mass': 'PointRobotParams: the robot that is one', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do'}
     def __copy__(self) -> Scenario:
         ...
     def __deepcopy__(self, memo: dict) -> Scenario:
@@ -5916,7 +6096,7 @@ class Scenario:
     @property
     def controller(self) -> OperationalSpaceControllerParams:
         """
-        OperationalSpaceControllerParams: of the robot
+        OperationalSpaceControllerParams: of an arm
         """
     @controller.setter
     def controller(self, arg1: typing.Any) -> None:
@@ -6023,9 +6203,25 @@ class Scenario:
     def operator(self, arg1: typing.Any) -> None:
         ...
     @property
+    def point_controller(self) -> PointControllerParams:
+        """
+        PointControllerParams: of a point mass
+        """
+    @point_controller.setter
+    def point_controller(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def point_mass(self) -> PointRobotParams:
+        """
+        PointRobotParams: the robot that is one
+        """
+    @point_mass.setter
+    def point_mass(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def robot(self) -> str:
         """
-        one of "panda": which arm, default "panda"
+        one of "panda", "point_mass": what the tool is on; a point has no Drake plant, default "panda"
         """
     @robot.setter
     def robot(self, arg1: typing.Any) -> None:
@@ -6083,12 +6279,28 @@ class Scenario:
         """
         Whether the scheme has use for what perception finds.
         """
-class _BareEngine:
+class _ArmEngine:
     """
     Runs a scenario without Drake; see experiment/bare_engine.h.
     """
-    def __init__(self, scenario: Scenario, arm: ArmModelParams, q_start: typing.Any, duration: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
+    def advance_to(self, time: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        """
+        Runs up to `time`, s, and logs every control period.
+        """
+    @property
+    def layout(self) -> dict:
+        """
+        {signal: slice} of a row of the log.
+        """
+    @property
+    def log(self) -> ...:
+        """
+        The log so far, a _RunLogStore.
+        """
+class _PointMassEngine:
+    """
+    Runs a scenario without Drake; see experiment/bare_engine.h.
+    """
     def advance_to(self, time: typing.SupportsFloat | typing.SupportsIndex) -> None:
         """
         Runs up to `time`, s, and logs every control period.
@@ -6532,6 +6744,10 @@ def _make_TeleopLoop(arg0: Scenario, arg1: ArmModelParams, arg2: typing.Supports
     ...
 def _make_WindowMean(arg0: typing.SupportsFloat | typing.SupportsIndex, arg1: typing.SupportsFloat | typing.SupportsIndex) -> _Block:
     ...
+def _make_arm_engine(scenario: Scenario, arm: ArmModelParams, q_start: typing.Any, duration: typing.SupportsFloat | typing.SupportsIndex) -> _ArmEngine:
+    """
+    An engine for a scenario with an arm.
+    """
 def _make_drake_scene(params: SceneParams) -> tuple[_DrakeMaterial, list[_DrakeSurface]]:
     """
     Material of each ball of the tool, and list of _DrakeSurface: what touches; a ball's contact with
@@ -6541,6 +6757,10 @@ def _make_drake_scene(params: SceneParams) -> tuple[_DrakeMaterial, list[_DrakeS
 def _make_picture(params: SceneParams) -> list[_DrakeSurface]:
     """
     List of _DrakeSurface: what is to be seen.
+    """
+def _make_point_mass_engine(scenario: Scenario, duration: typing.SupportsFloat | typing.SupportsIndex) -> _PointMassEngine:
+    """
+    An engine for a scenario with a point mass.
     """
 def _map_device_positions(map: WorkspaceMapParams, x_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
@@ -6611,10 +6831,10 @@ def saturate(value: typing.Any, max_norm: typing.SupportsFloat | typing.Supports
     """
     `value` (3,) shortened to `max_norm` if it is longer.
     """
-_ARM_LIMITS: dict
 _FILTER_TRIAL_DRIVES: tuple = ('closed_loop', 'true_selection', 'kinematic')
 _FILTER_TRIAL_SCENES: tuple = ('free', 'plane', 'cylinder', 'inner_corner', 'step_edge', 'still', 'grazing', 'soft')
 _LIKELIHOODS: tuple = ('paper', 'friction_cone')
+_PANDA: dict
 _RECORDING_EXAMPLE: str = 't,px,py,pz\n0.00,0.450,0.010,0.200\n0.01,0.451,0.010,0.199\n'
 _RECORDING_FORMAT: str = 'columns t (s), px, py, pz (m), separated by commas, their names in the first line; optional: qw, qx, qy, qz (orientation); at least 10 rows and 1 s'
 _RECORDING_MOVE_TIME: float = 2.0

@@ -2,17 +2,20 @@
 """The bare engine: a scenario simulated without Drake.
 
 The loop is the very same compiled code as in a Drake diagram; the plant is the
-project's own arm (`SimulatedArm`), whose contacts are implicit.
+project's own arm (`SimulatedArm`), whose contacts are implicit, or a point mass
+(`PointRobot`). Drake gives an arm its numbers and start; a point mass needs none
+of it.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import pandas as pd
 
 from dual_proxy import _core
 from dual_proxy.log import make_frame
 from dual_proxy.scenario import Scenario
-from dual_proxy.station import start_posture
 
 __all__ = ["BareStation"]
 
@@ -36,8 +39,17 @@ class BareStation:
     """
 
     def __init__(self, scenario: Scenario, duration: float) -> None:
+        self._engine: Any
+        if scenario.robot == "point_mass":
+            self._engine = _core._make_point_mass_engine(scenario, duration)
+            return
+        # pydrake is imported only where there is an arm.
+        from dual_proxy.station import start_posture
+
         model, q_start = start_posture(scenario)
-        self._engine = _core._BareEngine(scenario, model.arm_params, q_start, duration)
+        self._engine = _core._make_arm_engine(
+            scenario, model.arm_params, q_start, duration
+        )
 
     def advance_to(self, time: float) -> None:
         """Simulates up to `time`, s."""

@@ -75,7 +75,7 @@ from pydrake.systems.framework import (
 )
 
 from dual_proxy._core import (
-    _ARM_LIMITS,
+    _PANDA,
     ArmModel,
     ArmModelParams,
     ScenarioError,
@@ -113,6 +113,7 @@ __all__ = [
     "p_SE_S",
     "read_contacts",
     "rotation_truth",
+    "scene_picture",
     "sensor_reaction",
 ]
 
@@ -130,17 +131,17 @@ def _constant(values: ArrayLike) -> Vector:
 
 NUM_JOINTS = 7
 #: Joint position limits, (7,), rad, the manufacturer's.
-JOINT_LOWER = _constant(_ARM_LIMITS["joint_lower"])
-JOINT_UPPER = _constant(_ARM_LIMITS["joint_upper"])
+JOINT_LOWER = _constant(_PANDA["joint_lower"])
+JOINT_UPPER = _constant(_PANDA["joint_upper"])
 #: Joint speed limits, (7,), rad/s.
-JOINT_VELOCITY_LIMIT = _constant(_ARM_LIMITS["joint_speed"])
+JOINT_VELOCITY_LIMIT = _constant(_PANDA["joint_speed"])
 #: Joint torque limits, (7,), N m.
-TORQUE_LIMIT = _constant(_ARM_LIMITS["torque"])
+TORQUE_LIMIT = _constant(_PANDA["torque"])
 #: Orientation of the tool point that points the tool straight down, (3, 3).
-R_BE_DOWN = _constant(np.diag([1.0, -1.0, -1.0]))
+R_BE_DOWN = _constant(_PANDA["tool_pointing_down"])
 #: Rest posture, (7,), rad: E at (0.45, 0, 0.18) m, the tool pointing straight
 #: down, no joint within 0.5 rad of its limits.
-Q_REST = _constant([0.0, -0.0339, 0.0, -2.5555, 0.0, 2.5216, 0.0])
+Q_REST = _constant(_PANDA["q_rest"])
 #: Position of the tool point from the sensor's frame, (3,), m, in S.
 p_SE_S = _constant([0.0, 0.0, 0.1])
 
@@ -151,7 +152,7 @@ _CONTACT_APPROXIMATIONS = {
 }
 
 # The flange, where the sensor's frame S is, in panda_link7, m.
-_p_7S = _constant([0.0, 0.0, 0.107])
+_p_7S = _constant(_PANDA["flange"])
 # What is beyond the flange (the sensor's own moving half, the shaft, the tip)
 # has these moments of inertia about its centre of mass, along the axes of S,
 # kg m^2, when its mass is TOOL_MASS.
@@ -218,7 +219,7 @@ def _add_arm(plant: Any, tool_mass: float) -> ModelInstanceIndex:
 
     Its visuals come along if the plant is registered with a scene graph.
     """
-    urdf = importlib.resources.files(__package__).joinpath("models/panda.urdf")
+    urdf = importlib.resources.files(__package__).joinpath("robots/panda/panda.urdf")
     (arm,) = Parser(plant).AddModelsFromString(urdf.read_text("utf-8"), "urdf")
     scale = tool_mass / TOOL_MASS
     inertia = RotationalInertia(*(moment * scale for moment in _TOOL_MOMENTS))
@@ -287,6 +288,17 @@ def _pose(surface: _DrakeSurface) -> RigidTransform:
     R_BG: Any = surface.R_BG
     p_BG: Any = surface.p_BG
     return RigidTransform(RotationMatrix(R_BG), p_BG)
+
+
+def scene_picture(
+    params: SceneParams,
+) -> list[tuple[str, Shape, RigidTransform, Any]]:
+    """Returns name, shape, pose in B and colour (4,) of what is to be seen of the
+    scene's surfaces."""
+    return [
+        (surface.name, _shape(surface), _pose(surface), surface.color)
+        for surface in _make_picture(params)
+    ]
 
 
 def _add_models(plant: Any, path: str) -> None:
@@ -397,10 +409,8 @@ def add_panda_scene(
                 _proximity_properties(surface.material),
             )
     if drawn:
-        for surface in _make_picture(params):
-            plant.RegisterVisualGeometry(
-                world, _pose(surface), _shape(surface), surface.name, surface.color
-            )
+        for name, shape, pose, color in scene_picture(params):
+            plant.RegisterVisualGeometry(world, pose, shape, name, color)
     _add_models(plant, params.model_directives)
     plant.Finalize()
     if touching:

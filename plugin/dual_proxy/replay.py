@@ -7,8 +7,8 @@ saves the recording as a file that needs neither server nor network.
 
 What is drawn (frame B):
 
-- the arm, the scene's surfaces (of a bore, what fills it) and further models as
-  they were at the start;
+- the arm, or a ball for a point mass, the scene's surfaces (of a bore, what
+  fills it) and further models as they were at the start;
 - spheres: the robot proxy (blue), the device mapped into the robot's workspace
   (orange), the haptic proxy mapped alike (violet: the robot as the hand's side
   knows it, one link delay old);
@@ -48,8 +48,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder
 
 from dual_proxy.log import column_names, replace_file
-from dual_proxy.panda import add_panda_scene
-from dual_proxy.scene_params import SceneParams
+from dual_proxy.panda import add_panda_scene, scene_picture
+from dual_proxy.scene_params import TIP_RADIUS, SceneParams
 
 __all__ = ["REPLAY_COLUMNS", "PoseMap", "SceneDrawer", "write_replay"]
 
@@ -141,6 +141,7 @@ _CAMERA_TARGET = (0.33, 0.0, 0.31)
 _FIELD_OF_VIEW_DEG = 30.0
 
 _SURFACE_OPACITY = 0.75
+_BALL_COLOR = Rgba(0.16, 0.17, 0.19, 1)
 
 
 # pydrake's type stubs name array types that no array has: arrays that go into
@@ -172,10 +173,10 @@ _FILTER_SIGNALS = ("dimension", "force_direction")
 # What a scheme without a filter has not; its normal is not drawn.
 _FILTER_COLUMNS = _columns(_FILTER_SIGNALS)
 
-#: Columns of the log that a row must have to be drawn.
+#: Columns of the log that a row must have to be drawn; for an arm those of
+#: `joint_position` as well.
 REPLAY_COLUMNS = _columns(
     (
-        "joint_position",
         "robot_position",
         *(marker.signal for marker in _MARKERS),
         *(arrow.signal for arrow in _ARROWS if arrow.signal not in _FILTER_SIGNALS),
@@ -191,28 +192,12 @@ class PoseMap(Protocol):
         ...
 
 
-class SceneDrawer:
-    """Draws rows of the log into a Meshcat.
+class _Arm:
+    """The Panda in its scene, drawn by its joint positions."""
 
-    It owns a copy of the scene, so it neither needs nor touches the simulation
-    that it shows.
+    signal = "joint_position"
 
-    Parameters
-    ----------
-    meshcat : the viewer.
-    params : the scene; default as `add_panda_scene`.
-    workspace_map : maps device positions into B; without it, what is known in
-        D is not drawn.
-    """
-
-    def __init__(
-        self,
-        meshcat: Meshcat,
-        params: SceneParams | None = None,
-        workspace_map: PoseMap | None = None,
-    ) -> None:
-        self._meshcat: Any = meshcat
-        self._map = workspace_map
+    def __init__(self, meshcat: Any, params: SceneParams) -> None:
         builder = DiagramBuilder()
         self._scene = add_panda_scene(builder, params, touching=False)
         options = MeshcatVisualizerParams()
@@ -226,6 +211,69 @@ class SceneDrawer:
         self._context = self._diagram.CreateDefaultContext()
         self._plant_context = self._scene.plant.GetMyContextFromRoot(self._context)
         self._visualizer_context = self._visualizer.GetMyContextFromRoot(self._context)
+        # The first publication sends the shapes, whose properties exist from
+        # then on.
+        self._visualizer.ForcedPublish(self._visualizer_context)
+
+    def move(self, q: Vector, time: float | None) -> None:
+        plant: Any = self._scene.plant
+        plant.SetPositions(self._plant_context, self._scene.arm, q)
+        self._context.SetTime(time if time is not None else 0.0)
+        self._visualizer.ForcedPublish(self._visualizer_context)
+
+
+class _Ball:
+    """A point mass in the same surroundings, drawn by its position."""
+
+    signal = "robot_position"
+
+    def __init__(self, meshcat: Any, params: SceneParams) -> None:
+        self._meshcat = meshcat
+        self._path = f"{_ROOT}/scene/ball"
+        meshcat.SetObject(self._path, Sphere(TIP_RADIUS), _BALL_COLOR)
+        for name, shape, pose, color in scene_picture(params):
+            path = f"{_ROOT}/scene/{name}"
+            meshcat.SetObject(path, shape, Rgba(*color))
+            meshcat.SetTransform(path, pose)
+
+    def move(self, p_BE: Vector, time: float | None) -> None:
+        self._meshcat.SetTransform(self._path, _translation(p_BE), time)
+
+
+class SceneDrawer:
+    """Draws rows of the log into a Meshcat.
+
+    It owns a copy of the scene, so it neither needs nor touches the simulation
+    that it shows.
+
+    Parameters
+    ----------
+    meshcat : the viewer.
+    params : the scene; default as `add_panda_scene`.
+    robot : what is in it, as `Scenario.robot`.
+    workspace_map : maps device positions into B; without it, what is known in
+        D is not drawn.
+    """
+
+    def __init__(
+        self,
+        meshcat: Meshcat,
+        params: SceneParams | None = None,
+        workspace_map: PoseMap | None = None,
+        robot: str = "panda",
+    ) -> None:
+        self._meshcat: Any = meshcat
+        self._map = workspace_map
+        params = params if params is not None else SceneParams()
+        self._robot: _Arm | _Ball
+        if robot == "point_mass":
+            self._robot = _Ball(meshcat, params)
+        else:
+            self._robot = _Arm(meshcat, params)
+        # The proxies sink into what is pressed on: it must not hide them.
+        for surface in params.all_surfaces():
+            path = f"{_ROOT}/scene/{surface.name}"
+            meshcat.SetProperty(path, "modulated_opacity", _SURFACE_OPACITY)
         self._markers = tuple(
             marker
             for marker in _MARKERS
@@ -252,12 +300,9 @@ class SceneDrawer:
             `Meshcat.StartRecording` began; None when drawing live.
         """
         time = time_in_recording
-        q = self._vector(row, "joint_position")
-        if np.isfinite(q).all():
-            plant: Any = self._scene.plant
-            plant.SetPositions(self._plant_context, self._scene.arm, q)
-            self._context.SetTime(time if time is not None else 0.0)
-            self._visualizer.ForcedPublish(self._visualizer_context)
+        state = self._vector(row, self._robot.signal)
+        if np.isfinite(state).all():
+            self._robot.move(state, time)
         for marker in self._markers:
             p_B = self._vector(row, marker.signal)
             if marker.in_device_frame and self._map is not None:
@@ -285,13 +330,6 @@ class SceneDrawer:
             meshcat.SetProperty(path, "visible", False)
         meshcat.SetProperty("/Background", "top_color", [0.86, 0.90, 0.94])
         meshcat.SetProperty("/Background", "bottom_color", [0.97, 0.98, 0.98])
-        # The first publication sends the shapes, whose properties exist from
-        # then on. The proxies sink into what is pressed on: it must not hide
-        # them.
-        self._visualizer.ForcedPublish(self._visualizer_context)
-        for surface in self._scene.params.all_surfaces():
-            path = f"{_ROOT}/scene/{surface.name}"
-            meshcat.SetProperty(path, "modulated_opacity", _SURFACE_OPACITY)
         meshcat.SetObject(f"{_ROOT}/floor", Cylinder(1.1, 0.004), Rgba(0.78, 0.8, 0.83))
         self._move(f"{_ROOT}/floor", _translation(np.array([0.3, 0.0, -0.01])), None)
         for marker in self._markers:
@@ -362,6 +400,7 @@ def write_replay(
     workspace_map: PoseMap | None = None,
     title: str = "",
     frame_rate: float = 30.0,
+    robot: str = "panda",
 ) -> None:
     """Writes a recording of a run as one self-contained HTML file.
 
@@ -370,7 +409,7 @@ def write_replay(
     log : the run's log (see `dual_proxy.log`): its index is the time in s,
         increasing, its columns hold at least `REPLAY_COLUMNS`.
     path : file to write; it appears complete or not at all.
-    params, workspace_map : as for `SceneDrawer`.
+    params, workspace_map, robot : as for `SceneDrawer`.
     title : text over the legend.
     frame_rate : Hz, > 0, frames per second of log.
 
@@ -381,7 +420,10 @@ def write_replay(
     """
     if not (math.isfinite(frame_rate) and frame_rate > 0):
         raise ValueError(f"write_replay: `frame_rate` expected > 0, got {frame_rate}")
-    missing = [name for name in REPLAY_COLUMNS if name not in log.columns]
+    needed = REPLAY_COLUMNS
+    if robot != "point_mass":
+        needed += _columns([_Arm.signal])
+    missing = [name for name in needed if name not in log.columns]
     if missing:
         raise ValueError(f"write_replay: the log lacks the columns {missing}")
     if log.empty:
@@ -392,11 +434,11 @@ def write_replay(
     frame_times = np.arange(num_frames) / frame_rate
     # The last row at or before each frame; rows' times carry rounding errors.
     rows = np.searchsorted(elapsed, frame_times + 1e-9, side="right") - 1
-    names = [*REPLAY_COLUMNS, *(name for name in _FILTER_COLUMNS if name in log)]
+    names = [*needed, *(name for name in _FILTER_COLUMNS if name in log)]
     columns = np.column_stack([log[name].to_numpy(dtype=float)[rows] for name in names])
 
     meshcat = _quiet_meshcat()
-    drawer = SceneDrawer(meshcat, params, workspace_map)
+    drawer = SceneDrawer(meshcat, params, workspace_map, robot)
     # Before the animation starts, a viewer shows its first frame.
     drawer.update(dict(zip(names, columns[0], strict=True)))
     meshcat.StartRecording(

@@ -173,7 +173,7 @@ def render_report(
         parts += [
             _section(log, scenario, *entry)
             for entry in _SECTIONS
-            if _OF_FILTERS.get(entry[0]) in (None, *log.columns)
+            if _NEEDS.get(entry[0]) in (None, *log.columns)
         ]
     parts.append(
         "<section><h2>Scenario</h2><p>Every value of this run; "
@@ -452,5 +452,9 @@ _SECTIONS: tuple[_Section, ...] = (
         _draw_rotations,
     ),
 )
-# Headings of what only runs with a filter have -> a column that tells.
-_OF_FILTERS = {"Contact direction": "dimension", "Rotations": "moment_dimension"}
+# Headings of what not every run has, a filter or joints -> a column that tells.
+_NEEDS = {
+    "Contact direction": "dimension",
+    "Torques": "torque_0",
+    "Rotations": "moment_dimension",
+}

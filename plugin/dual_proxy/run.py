@@ -13,6 +13,7 @@ from typing import Any
 import pandas as pd
 
 from dual_proxy import _core
+from dual_proxy.bare import BareStation
 from dual_proxy.log import release, replace_file, save_log, write_mcap
 from dual_proxy.metrics import compute_metrics
 from dual_proxy.run_folder import RunFolder
@@ -123,6 +124,7 @@ class Run:
             self.log,
             path,
             params=self.scenario.scene,
+            robot=self.scenario.robot,
             workspace_map=WorkspaceMap(self.scenario.map),
             title=f"{self.scenario.name}, {self.scenario.scheme}, "
             f"{self.scenario.link.delay * 1e3:g} ms",
@@ -214,9 +216,9 @@ def run(
     progress : callable, optional
         Called with simulated time and duration, s, every 0.1 s of it.
     engine : str
-        What simulates the robot: "drake", "bare" (the project's own arm, many
+        What simulates the robot: "drake", "bare" (the project's own plant, many
         times faster; nothing is drawn meanwhile), or "auto", which takes Drake
-        for a Panda.
+        for a Panda and the bare engine for a point mass, which Drake has not.
 
     Returns
     -------
@@ -240,23 +242,30 @@ def run(
         raise ScenarioError(
             f"engine: expected one of {', '.join(ENGINES)}, got {engine!r}"
         )
-    if engine == "bare" and meshcat:
-        raise ScenarioError("meshcat: expected False with engine bare, got True")
     scenario = change_scenario(
         scenario, scheme, delay, duration, seed, recording, overrides
     )
+    is_point = scenario.robot == "point_mass"
+    if engine == "auto":
+        engine = "bare" if is_point else "drake"
+    if engine == "drake" and is_point:
+        raise ScenarioError(
+            'engine: expected "auto" or "bare" with robot point_mass, which has no '
+            'MultibodyPlant, got "drake"'
+        )
+    if engine == "bare" and meshcat:
+        raise ScenarioError("meshcat: expected False with engine bare, got True")
     end = scenario.run_duration()
     motion = scenario.operator_motion()
-
-    # pydrake is imported only where something is simulated.
-    from dual_proxy.bare import BareStation
-    from dual_proxy.station import build_station
 
     station: Any
     try:
         if engine == "bare":
             station = BareStation(scenario, end)
         else:
+            # pydrake is imported only where it simulates.
+            from dual_proxy.station import build_station
+
             station = build_station(scenario, meshcat=meshcat)
             station.store_log(end)
     except OSError:
@@ -289,8 +298,7 @@ def run(
     metrics = compute_metrics(
         log, scenario, wall_s, motion.scale if motion.note else None
     )
-    kind = "bare" if engine == "bare" else "drake"
-    result = Run(scenario, log, metrics, failure, motion.note, kind)
+    result = Run(scenario, log, metrics, failure, motion.note, engine)
     release(log)
     if cause is not None:
         at = result.metrics["sim_s"]

@@ -65,7 +65,7 @@ class Checks {
   }
 
   /** Takes the joints' positions. */
-  void AddPositions(const RunLog::Values<7>& q, const ArmLimits& limits) {
+  void AddPositions(const RunLog::Values<7>& q, const ArmLimits<7>& limits) {
     // How far beyond the nearer limit; negative within.
     const auto above = q.rowwise() - limits.joint_upper.transpose();
     const auto below = -(q.rowwise() - limits.joint_lower.transpose());
@@ -107,7 +107,7 @@ bool IsOverLimit(double value, double limit) {
 }
 
 std::vector<ArmLimitCheck> CheckArmLimits(const RunLog& log,
-                                          const ArmLimits& limits,
+                                          const ArmLimits<7>& limits,
                                           double control_period) {
   using One = Eigen::Matrix<double, 1, 1>;
   if (log.time.size() == 0) return {};
@@ -132,11 +132,11 @@ std::vector<ArmLimitCheck> CheckArmLimits(const RunLog& log,
     const Index n = torque.rows() - 1;
     if (n > 0 && HasEveryPeriod(log, control_period)) {
       const auto change = torque.bottomRows(n) - torque.topRows(n);
-      checks.Add(
-          "torque_rate", "torque_rate_max_Nm_s", "torque rate", "N m/s",
-          change.cwiseAbs() / control_period,
-          ArmLimits::Joints(ArmLimits::Joints::Constant(limits.torque_rate)),
-          false, 1);
+      checks.Add("torque_rate", "torque_rate_max_Nm_s", "torque rate", "N m/s",
+                 change.cwiseAbs() / control_period,
+                 ArmLimits<7>::Joints(
+                     ArmLimits<7>::Joints::Constant(limits.torque_rate)),
+                 false, 1);
     }
   }
   if (log.Has("robot_position") && log.Has("robot_proxy_position")) {

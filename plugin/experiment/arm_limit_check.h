@@ -36,7 +36,7 @@ periods, and all of an empty log.
 @param control_period s, > 0. Rates are per control period: between two of them
   the torque is constant. */
 std::vector<ArmLimitCheck> CheckArmLimits(const RunLog& log,
-                                          const ArmLimits& limits,
+                                          const ArmLimits<7>& limits,
                                           double control_period);
 
 }  // namespace dual_proxy

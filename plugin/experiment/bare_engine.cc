@@ -2,6 +2,7 @@
 #include "dual_proxy/experiment/bare_engine.h"
 
 #include <cmath>
+#include <utility>
 
 #include "dual_proxy/experiment/teleop_loop_params.h"
 #include "dual_proxy/loop/loop_signals.h"
@@ -9,13 +10,15 @@
 namespace dual_proxy {
 namespace {
 
-// Rows that go into the log at a time.
-constexpr Eigen::Index kBlock = 1000;
+// Rows that go into the log at a time: as many as a near cache holds, or more
+// where each write is a call of the system.
+constexpr Eigen::Index kBlock = 64;
+constexpr Eigen::Index kFileBlock = 1000;
 
 using Vector11 = Eigen::Matrix<double, 11, 1>;
 
-std::vector<SignalSlice> MakeLogLayout(const TeleopLoop& loop, bool rotations) {
-  std::vector<SignalSlice> layout = loop.layout();
+std::vector<SignalSlice> MakeLogLayout(std::vector<SignalSlice> layout,
+                                       bool rotations) {
   const int begin = SizeOf(layout);
   for (SignalSlice signal : MakeLayout([rotations](SignalSink* sink) {
          VisitContactTruth(Vector11::Zero(), rotations, sink);
@@ -25,6 +28,31 @@ std::vector<SignalSlice> MakeLogLayout(const TeleopLoop& loop, bool rotations) {
     layout.push_back(std::move(signal));
   }
   return layout;
+}
+
+// What a plant's state is to the loop, and the truth about its contacts.
+template <int kJoints>
+TeleopLoopInput<SerialArm<kJoints>> MakeInput(
+    const SimulatedArmState<kJoints>& state) {
+  return {.q = state.q, .v = state.v, .reaction = state.reaction};
+}
+
+TeleopLoopInput<PointMass> MakeInput(const PointRobotState& state) {
+  TeleopLoopInput<PointMass> input{.q = state.position, .v = state.velocity};
+  input.reaction.head<3>() = state.contact.force;
+  return input;
+}
+
+template <int kJoints>
+Vector11 MakeTruth(const SimulatedArmState<kJoints>& state) {
+  return state.truth.ToVector();
+}
+
+Vector11 MakeTruth(const PointRobotState& state) {
+  Vector11 truth = Vector11::Zero();
+  truth.head<7>() << state.contact.force, state.contact.normal,
+      state.contact.dimension;
+  return truth;
 }
 
 }  // namespace
@@ -75,50 +103,73 @@ SimulatedArmParams MakeSimulatedArmParams(const Scenario& scenario) {
   return params;
 }
 
-BareEngine::BareEngine(const Scenario& scenario, const ArmModelParams& arm,
-                       const Vector7& q_start, double duration)
-    : loop_(MakeTeleopLoopParams(scenario, arm)),
-      arm_(MakeSimulatedArmParams(scenario), arm,
-           MakeContactSceneParams(scenario)),
+template <typename Plant>
+BareEngine<Plant>::BareEngine(const Scenario& scenario,
+                              const typename Robot::Model::Params& model,
+                              Plant plant, typename Plant::State start,
+                              double duration)
+    : loop_(MakeTeleopLoopParams<Robot>(scenario, model)),
+      plant_(std::move(plant)),
       path_(CalcHandlePath(scenario)),
       loop_state_(loop_.MakeState()),
-      arm_state_(arm_.MakeState(q_start)),
+      plant_state_(std::move(start)),
       rotations_(scenario.has_angular_filter()),
       period_(loop_.period()),
-      layout_(MakeLogLayout(loop_, rotations_)),
+      layout_(MakeLogLayout(loop_.layout(), rotations_)),
       log_(std::make_shared<RunLogStore>(
           SizeOf(layout_),
           static_cast<Eigen::Index>(std::ceil(duration / period_)) + 1)),
-      times_(kBlock),
-      rows_(SizeOf(layout_), kBlock) {}
+      times_(log_->in_memory() ? kBlock : kFileBlock),
+      rows_(SizeOf(layout_), times_.size()) {}
 
-void BareEngine::AdvanceTo(double end) {
+template <typename Plant>
+void BareEngine<Plant>::AdvanceTo(double end) {
   const Eigen::Index size = SizeOf(loop_.layout());
   while (time() < end - 1e-9 * period_) {
-    loop_.Update(time(),
-                 {.q = arm_state_.q,
-                  .v = arm_state_.v,
-                  .reaction = arm_state_.reaction,
-                  .has_reaction = num_periods_ > 0},
-                 &loop_state_);
-    arm_.Update(loop_state_.torque(), &arm_state_);
+    TeleopLoopInput<Robot> input = MakeInput(plant_state_);
+    input.has_reaction = num_periods_ > 0;
+    loop_.Update(time(), input, &loop_state_);
+    plant_.Update(loop_state_.command(), &plant_state_);
     ++num_periods_;
     auto row = rows_.col(num_rows_);
     times_(num_rows_) = time();
     loop_.WriteSignals(loop_state_, row.head(size));
     Eigen::Ref<Eigen::VectorXd> rest = row.tail(row.size() - size);
     SignalSink sink(&rest);
-    VisitContactTruth(arm_state_.truth.ToVector(), rotations_, &sink);
+    VisitContactTruth(MakeTruth(plant_state_), rotations_, &sink);
     VisitHand(path_.Calc(time()).position, &sink);
-    if (++num_rows_ == kBlock) Flush();
+    if (++num_rows_ == times_.size()) Flush();
   }
   Flush();
 }
 
-void BareEngine::Flush() {
+template <typename Plant>
+void BareEngine<Plant>::Flush() {
   if (num_rows_ == 0) return;
   log_->Append(times_.head(num_rows_), rows_.leftCols(num_rows_));
   num_rows_ = 0;
+}
+
+template class BareEngine<SimulatedArm<7>>;
+template class BareEngine<PointRobot>;
+
+BareEngine<SimulatedArm<7>> MakeArmEngine(const Scenario& scenario,
+                                          const ArmModelParams<7>& arm,
+                                          const Vector7& q_start,
+                                          double duration) {
+  const SimulatedArm<7> plant(MakeSimulatedArmParams(scenario), arm,
+                              MakeContactSceneParams(scenario));
+  return {scenario, arm, plant, plant.MakeState(q_start), duration};
+}
+
+BareEngine<PointRobot> MakePointMassEngine(const Scenario& scenario,
+                                           double duration) {
+  const PointRobot plant(scenario.point_mass, MakeContactSceneParams(scenario));
+  return {scenario,
+          {.mass = scenario.point_mass.mass},
+          plant,
+          plant.MakeState(scenario.scene.start_position),
+          duration};
 }
 
 }  // namespace dual_proxy

@@ -10,6 +10,7 @@
 #include "dual_proxy/experiment/run_log_store.h"
 #include "dual_proxy/experiment/scenario.h"
 #include "dual_proxy/loop/teleop_loop.h"
+#include "dual_proxy/simulation/point_robot.h"
 #include "dual_proxy/simulation/simulated_arm.h"
 
 namespace dual_proxy {
@@ -21,18 +22,22 @@ ContactSceneParams MakeContactSceneParams(const Scenario& scenario);
 /** The arm with its tool, as the bare engine's plant. */
 SimulatedArmParams MakeSimulatedArmParams(const Scenario& scenario);
 
-/** Runs a scenario without Drake: the loop, an arm (SimulatedArm), and the log.
-The same loop, to the bit, as in a Drake diagram; the plant is another. */
+/** Runs a scenario without Drake: the loop, a plant (SimulatedArm or
+PointRobot), and the log. The same loop, to the bit, as in a Drake diagram; the
+plant is another. */
+template <typename Plant>
 class BareEngine {
  public:
+  using Robot = typename Plant::Robot;
+
   /** @param scenario  distributed and valid.
-  @param arm  with the scenario's tool as a part of its last link.
-  @param q_start  rad.
+  @param model  the controller's, of the plant's robot.
+  @param start  made by plant.MakeState().
   @param duration  of the run, s: room for its log is made.
-  @throws ScenarioError if it needs Drake, std::system_error if there is no
-  space for the log. */
-  BareEngine(const Scenario& scenario, const ArmModelParams& arm,
-             const Vector7& q_start, double duration);
+  @throws std::system_error if there is no space for the log. */
+  BareEngine(const Scenario& scenario,
+             const typename Robot::Model::Params& model, Plant plant,
+             typename Plant::State start, double duration);
 
   /** Runs up to the first multiple of the control period that is not before
   `time`, s, and logs every period.
@@ -50,11 +55,11 @@ class BareEngine {
  private:
   void Flush();
 
-  TeleopLoop loop_;
-  SimulatedArm arm_;
+  TeleopLoop<Robot> loop_;
+  Plant plant_;
   OperatorPath path_;
-  TeleopLoopState loop_state_;
-  SimulatedArmState arm_state_;
+  TeleopLoopState<Robot> loop_state_;
+  typename Plant::State plant_state_;
   bool rotations_;
   double period_;
   std::int64_t num_periods_{0};
@@ -65,5 +70,20 @@ class BareEngine {
   Eigen::MatrixXd rows_;
   Eigen::Index num_rows_{0};
 };
+
+/** An engine for a scenario with an arm.
+@param scenario  distributed and valid.
+@param arm  with the scenario's tool as a part of its last link.
+@param q_start  rad.
+@param duration  of the run, s.
+@throws ScenarioError if it needs Drake, and as BareEngine(). */
+BareEngine<SimulatedArm<7>> MakeArmEngine(const Scenario& scenario,
+                                          const ArmModelParams<7>& arm,
+                                          const Vector7& q_start,
+                                          double duration);
+
+/** Likewise for one with a point mass, which starts at scene.start_position. */
+BareEngine<PointRobot> MakePointMassEngine(const Scenario& scenario,
+                                           double duration);
 
 }  // namespace dual_proxy

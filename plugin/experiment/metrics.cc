@@ -569,7 +569,7 @@ std::span<const MetricDescription> AngularMetricDescriptions() {
   return kAngularMetrics;
 }
 
-std::vector<MetricLimit> MetricLimits(const ArmLimits& arm) {
+std::vector<MetricLimit> MetricLimits(const ArmLimits<7>& arm) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   return {
       {"position_rms_air_m", -kInfinity, 0.01, false},
@@ -658,7 +658,7 @@ std::vector<std::string> DescribeBrokenLimits(const RunLog& log,
 }
 
 std::vector<std::string> FindMetricsOut(const Metrics& metrics,
-                                        const ArmLimits& arm) {
+                                        const ArmLimits<7>& arm) {
   const std::vector<MetricLimit> limits = MetricLimits(arm);
   const auto is_out = [&limits](const std::string& key,
                                 const MetricValue& value) {

@@ -58,7 +58,7 @@ struct MetricLimit {
 };
 
 /** The range of each metric that has one, in the metrics' order. */
-std::vector<MetricLimit> MetricLimits(const ArmLimits& arm = {});
+std::vector<MetricLimit> MetricLimits(const ArmLimits<7>& arm = {});
 
 /** A metric that cannot be given is std::monostate (null in JSON): there was
 no contact, or a value that it needs is not finite. `finite` says whether the
@@ -77,7 +77,7 @@ struct MetricsParams {
   /** One-way delay of the link, s, >= 0. */
   double delay{0};
   /** What the run must not exceed. */
-  ArmLimits arm{};
+  ArmLimits<7> arm{};
   /** s, > 0. */
   double control_period{0.001};
   /** PlacedRecording::scale, if the operator followed a recording. */
@@ -109,7 +109,7 @@ std::vector<std::string> DescribeBrokenLimits(const RunLog& log,
 /** The keys of the metrics that are not as they should be: out of their limits,
 not `finite`, `limits_broken`. What cannot be given is not among them. */
 std::vector<std::string> FindMetricsOut(const Metrics& metrics,
-                                        const ArmLimits& arm = {});
+                                        const ArmLimits<7>& arm = {});
 
 /** The text of metrics.json. */
 std::string MetricsJson(const Metrics& metrics);

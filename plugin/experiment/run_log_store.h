@@ -62,6 +62,9 @@ class RunLogStore {
   void Release() const;
 
  private:
+  void CopyToMemory(const Eigen::Ref<const Eigen::VectorXd>& times,
+                    const Eigen::Ref<const Eigen::MatrixXd>& samples);
+  /** To the file. */
   void Write(int column, const Eigen::VectorXd& values);
   const double* column_data(int column) const;
 

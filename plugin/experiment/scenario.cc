@@ -103,32 +103,39 @@ std::string FindUnstableLoop(const Scenario& scenario, double control_period,
   if (control_period <= kUsualStep && time_step <= kUsualStep) return {};
   const double period = kStepMargin * control_period;
   const double step = kStepMargin * time_step;
-  const OperationalSpaceControllerParams& controller = scenario.controller;
-  if (!MotionLoopSettles(controller.position_stiffness,
-                         controller.position_damping, period, step)) {
-    return Join("motion control (controller.position_damping ",
-                controller.position_damping, ") swings");
+  const bool is_point = scenario.robot == RobotKind::kPointMass;
+  const OperationalSpaceControllerParams<7>& arm = scenario.controller;
+  const PointControllerParams& point = scenario.point_controller;
+  const double stiffness =
+      is_point ? point.position_stiffness : arm.position_stiffness;
+  const double damping =
+      is_point ? point.position_damping : arm.position_damping;
+  if (!MotionLoopSettles(stiffness, damping, period, step)) {
+    return Join("motion control (", is_point ? "point_" : "",
+                "controller.position_damping ", damping, ") swings");
   }
-  if (!MotionLoopSettles(controller.rotation_stiffness,
-                         controller.rotation_damping, period, step)) {
+  if (!is_point && !MotionLoopSettles(arm.rotation_stiffness,
+                                      arm.rotation_damping, period, step)) {
     return Join("motion control (controller.rotation_damping ",
-                controller.rotation_damping, ") swings");
+                arm.rotation_damping, ") swings");
   }
   if (!UsesSelections(scenario.scheme)) return {};
-  ForceLoopParams loop = MakeForceLoopParams(controller);
+  ForceLoopParams loop =
+      is_point ? MakeForceLoopParams(point) : MakeForceLoopParams(arm);
   loop.period = period;
+  const char* keys = is_point ? "point_controller.force." : "controller.force_";
   for (const ContactSurfaceParams& surface : scenario.scene.ContactSurfaces()) {
-    const ContactModel contact = MakeContactModel(scenario.scene, surface);
+    ContactModel contact = MakeContactModel(scenario.scene, surface);
+    if (is_point) contact.mass = scenario.point_mass.mass;
     if (!ForceLoopSettles(loop, contact, step)) {
-      return Join("force control (controller.force_gain ",
-                  controller.force_gain, ") swings on a contact of ",
-                  contact.stiffness, " N/m");
+      return Join("force control (", keys, "gain ", loop.gain,
+                  ") swings on a contact of ", contact.stiffness, " N/m");
     }
   }
   if (!ForceLoopKeepsItsSpeedLimit(loop, ContactModel().mass,
                                    std::min(step, kUsualStep))) {
-    return Join("force control (controller.force_speed_limit ",
-                controller.force_speed_limit, ") is too fast in the air");
+    return Join("force control (", keys, "speed_limit ", loop.speed_limit,
+                ") is too fast in the air");
   }
   return {};
 }
@@ -159,7 +166,9 @@ void OperatorParams::Validate() const {
 
 void Scenario::ApplyPresets() {
   Schemes::ForEach([this]<typename S>() {
-    if (scheme == SchemeOf<S>) S::ApplyPresets(&robot_proxy, &controller);
+    if (scheme != SchemeOf<S>) return;
+    S::ApplyPresets(&robot_proxy, &controller);
+    S::ApplyPresets(&robot_proxy, &point_controller);
   });
   if (law == Law::kPrinted) {
     robot_proxy.handover = Handover::kPrinted;
@@ -173,6 +182,13 @@ void Scenario::ApplyPresets() {
     controller.force_filter_cutoff = 0;
     controller.force_integral_delay = 0;
     controller.passivity = false;
+    point_controller.unit_mass_motion_force = false;
+    point_controller.feed_forward = false;
+    point_controller.selection_blend_time = 0;
+    point_controller.force.filter_cutoff = 0;
+    point_controller.force.integral_delay = 0;
+    point_controller.force.release_time = 0;
+    point_controller.force.passivity.enabled = false;
   }
 }
 
@@ -194,15 +210,24 @@ void Scenario::Distribute() {
     loop->enabled = controller.passivity;
     loop->period = control_period;
   }
-  sensor.tool_mass = scene.tool_mass;
+  // A point is all tool: nothing of it hangs on the sensor.
+  const bool is_point = robot == RobotKind::kPointMass;
+  sensor.tool_mass = is_point ? 0 : scene.tool_mass;
   sensor.tool_com = kToolCom;
   sensor.gravity = scene.gravity;
   for (double* period :
        {&link.sender.period, &robot_proxy.period, &robot_proxy.limiter.period,
-        &controller.period, &haptic_proxy.period, &haptic_controller.period,
-        &device.period, &sensor.period}) {
+        &controller.period, &point_controller.period,
+        &point_controller.force.period,
+        &point_controller.force.passivity.period, &point_mass.period,
+        &haptic_proxy.period, &haptic_controller.period, &device.period,
+        &sensor.period}) {
     *period = control_period;
   }
+  // As few steps of one length as scene.time_step allows.
+  point_mass.substeps =
+      std::max(1, static_cast<int>(std::ceil(control_period / scene.time_step *
+                                             (1 - 1e-12))));
 }
 
 void Scenario::Validate() {
@@ -243,6 +268,7 @@ void Scenario::CheckAcross() const {
         Join(name, ".angular_filter.period: expected at least control_period (",
              control_period, " s), got ", angular_filter.filter.period));
   }
+  if (robot == RobotKind::kPointMass) CheckPointMass();
   CheckPeriods();
   if (sensor.tare && sensor.force_noise_std >= sensor.tare_max_noise) {
     throw ScenarioError(
@@ -258,6 +284,31 @@ void Scenario::CheckAcross() const {
                       sensor.moment_noise_std);
   }
   if (operator_params.recording.empty()) CheckWaypoints();
+}
+
+void Scenario::CheckPointMass() const {
+  const auto refuse = [this](const char* key, const auto&... problem) {
+    throw ScenarioError(Join(name, ".", key, ": expected ", problem...,
+                             " with robot point_mass"));
+  };
+  if (angular_filter.enabled) refuse("angular_filter.enabled", "false");
+  if (scene.tool != Tool::kSphere) refuse("scene.tool", "\"sphere\"");
+  if (map.R_cw != Eigen::Matrix3d::Identity()) {
+    refuse("map.R_cw", "no rotation");
+  }
+  for (std::size_t i = 0; i < operator_params.waypoints.size(); ++i) {
+    if (operator_params.waypoints[i].rotation.isZero(0)) continue;
+    refuse(Join("operator.waypoints[", i, "].rotation").c_str(), "none");
+  }
+  // Its contacts are explicit: well below where they explode.
+  const double step = control_period / point_mass.substeps;
+  const double longest = std::sqrt(point_mass.mass / scene.contact_stiffness);
+  if (step > longest) {
+    throw ScenarioError(
+        Join(name, ".scene.time_step: expected at most ", longest,
+             " s, as a contact of ", scene.contact_stiffness, " N/m throws ",
+             point_mass.mass, " kg about, got ", scene.time_step));
+  }
 }
 
 void Scenario::CheckPeriods() const {

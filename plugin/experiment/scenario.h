@@ -13,6 +13,7 @@
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/haptic_controller.h"
 #include "dual_proxy/control/operational_space_controller.h"
+#include "dual_proxy/control/point_controller.h"
 #include "dual_proxy/experiment/derived_keys.h"
 #include "dual_proxy/experiment/recording.h"
 #include "dual_proxy/experiment/scenario_error.h"
@@ -28,16 +29,20 @@
 #include "dual_proxy/simulation/force_torque_sensor.h"
 #include "dual_proxy/simulation/haptic_device.h"
 #include "dual_proxy/simulation/operator.h"
+#include "dual_proxy/simulation/point_robot.h"
 
 namespace dual_proxy {
 
-/** Which arm. */
-enum class Robot { kPanda };
+/** What the tool is on. */
+enum class RobotKind {
+  kPanda,
+  kPointMass,  ///< The paper's, of section V.C.
+};
 
 template <>
-struct EnumStrings<Robot> {
-  static constexpr std::pair<Robot, const char*> kValues[] = {
-      {Robot::kPanda, "panda"}};
+struct EnumStrings<RobotKind> {
+  static constexpr std::pair<RobotKind, const char*> kValues[] = {
+      {RobotKind::kPanda, "panda"}, {RobotKind::kPointMass, "point_mass"}};
 };
 
 /** Which version of the dual proxy's law. */
@@ -163,7 +168,7 @@ In order of precedence, later wins: defaults, the YAML file, the presets of
 struct Scenario {
   std::string name{"scenario"};
   std::string description;
-  Robot robot{Robot::kPanda};
+  RobotKind robot{RobotKind::kPanda};
   Scheme scheme{SchemeOf<DualProxyScheme>};
   Law law{Law::kDefault};
   double duration{20};
@@ -180,8 +185,8 @@ struct Scenario {
     params.catch_up_share = 0.1;
     return params;
   }()};
-  OperationalSpaceControllerParams controller{[] {
-    OperationalSpaceControllerParams params;
+  OperationalSpaceControllerParams<7> controller{[] {
+    OperationalSpaceControllerParams<7> params;
     params.force_integral_delay = 0.1;
     params.motion_speed_limit = 0.5;
     params.rotation_speed_limit = 1;
@@ -191,6 +196,14 @@ struct Scenario {
     params.max_mass = 25;
     return params;
   }()};
+  PointControllerParams point_controller{[] {
+    PointControllerParams params;
+    params.motion_speed_limit = 0.5;
+    params.force.integral_delay = 0.1;
+    params.force.max_proportional_force = 20;
+    return params;
+  }()};
+  PointRobotParams point_mass;
   ForceSpaceParticleFilterParams filter{[] {
     ForceSpaceParticleFilterParams params;
     params.period = 0.01;
@@ -282,7 +295,8 @@ struct Scenario {
   template <typename Archive>
   void VisitFields(Archive* a, bool scheme_and_law) {
     a->Visit(Field("description", &description, "one line"));
-    VisitEnum(a, "Scenario", "robot", &robot, "which arm");
+    VisitEnum(a, "Scenario", "robot", &robot,
+              "what the tool is on; a point has no Drake plant");
     if (scheme_and_law) {
       VisitEnum(a, "Scenario", "scheme", &scheme,
                 "how the two sides work together");
@@ -305,7 +319,9 @@ struct Scenario {
     a->Visit(Field("link", &link, "both directions alike"));
     a->Visit(Field("robot_proxy", &robot_proxy,
                    "the dual proxy on the robot's side"));
-    a->Visit(Field("controller", &controller, "of the robot"));
+    a->Visit(Field("controller", &controller, "of an arm"));
+    a->Visit(Field("point_controller", &point_controller, "of a point mass"));
+    a->Visit(Field("point_mass", &point_mass, "the robot that is one"));
     a->Visit(Field("filter", &filter, "at 100 Hz; see docs/benchmarks.md"));
     a->Visit(Field("angular_filter", &angular_filter, "of moments"));
     a->Visit(Field("haptic_proxy", &haptic_proxy,
@@ -321,6 +337,7 @@ struct Scenario {
  private:
   void CheckFields();
   void CheckAcross() const;
+  void CheckPointMass() const;
   void CheckPeriods() const;
   void CheckAgainstNoise(const std::string& section,
                          const ForceSpaceParticleFilterParams& params,

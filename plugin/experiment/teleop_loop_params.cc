@@ -5,11 +5,29 @@
 
 namespace dual_proxy {
 
-RobotSideParams MakeRobotSideParams(const Scenario& scenario) {
+namespace {
+
+// Of the robot that is asked for.
+void TakeController(const Scenario& scenario,
+                    OperationalSpaceControllerParams<7>* controller) {
+  *controller = scenario.controller;
+}
+
+void TakeController(const Scenario& scenario,
+                    PointControllerParams* controller) {
+  *controller = scenario.point_controller;
+}
+
+}  // namespace
+
+template <typename Robot>
+RobotSideParams<Robot> MakeRobotSideParams(const Scenario& scenario) {
+  typename Robot::Controller::Params controller;
+  TakeController(scenario, &controller);
   return {.scheme = scenario.scheme,
           .schemes = scenario.schemes,
           .proxy = scenario.robot_proxy,
-          .controller = scenario.controller,
+          .controller = controller,
           .sender = scenario.link.sender,
           .perception = {.filter = scenario.filter,
                          .angular_filter = scenario.angular_filter}};
@@ -33,14 +51,16 @@ OperatorPathParams CalcHandlePath(const Scenario& scenario) {
   return path;
 }
 
-TeleopLoopParams MakeTeleopLoopParams(const Scenario& scenario,
-                                      const ArmModelParams& arm) {
-  return {.robot = MakeRobotSideParams(scenario),
+template <typename Robot>
+TeleopLoopParams<Robot> MakeTeleopLoopParams(
+    const Scenario& scenario, const typename Robot::Model::Params& model) {
+  return {.robot = MakeRobotSideParams<Robot>(scenario),
           .haptic = MakeHapticSideParams(scenario),
           .channel = scenario.link.channel,
-          .arm = arm,
+          .model = model,
           .sensor = scenario.sensor,
-          .p_SE = kSensorToToolPoint,
+          .p_SE = Robot::kRotates ? kSensorToToolPoint
+                                  : Eigen::Vector3d(Eigen::Vector3d::Zero()),
           .device = scenario.device,
           .path = CalcHandlePath(scenario),
           .seeds = {.filter = scenario.CalcSeed(Stream::kFilter),
@@ -49,5 +69,12 @@ TeleopLoopParams MakeTeleopLoopParams(const Scenario& scenario,
                     .to_robot = scenario.CalcSeed(Stream::kToRobot),
                     .to_device = scenario.CalcSeed(Stream::kToDevice)}};
 }
+
+template RobotSideParams<SerialArm<7>> MakeRobotSideParams(const Scenario&);
+template RobotSideParams<PointMass> MakeRobotSideParams(const Scenario&);
+template TeleopLoopParams<SerialArm<7>> MakeTeleopLoopParams(
+    const Scenario&, const ArmModelParams<7>&);
+template TeleopLoopParams<PointMass> MakeTeleopLoopParams(
+    const Scenario&, const PointModelParams&);
 
 }  // namespace dual_proxy

@@ -27,7 +27,7 @@
 
 namespace dual_proxy {
 
-// The text of models/panda.urdf, the arm up to its flange; defined in
+// The text of robots/panda/panda.urdf, the arm up to its flange; defined in
 // panda_urdf.cc, which the build makes.
 const char* PandaUrdf();
 
@@ -65,9 +65,6 @@ using Eigen::Vector4d;
 
 constexpr int kNumJoints = 7;
 
-// The flange, where the sensor's frame S is, in panda_link7, m.
-const Vector3d p_7S{0, 0, 0.107};
-
 DiscreteContactApproximation ToDrake(ContactApproximation approximation) {
   switch (approximation) {
     case ContactApproximation::kLagged:
@@ -99,7 +96,7 @@ ModelInstanceIndex AddArm(MultibodyPlant<double>* plant, double tool_mass) {
   const Frame<double>& flange =
       plant->AddFrame(std::make_unique<FixedOffsetFrame<double>>(
           "flange", plant->GetFrameByName("panda_link7", arm),
-          RigidTransformd(p_7S)));
+          RigidTransformd(kPandaFlange)));
   plant->AddJoint(std::make_unique<WeldJoint<double>>(
       "ft_sensor", flange, tool, RigidTransformd::Identity()));
   plant->AddFrame(std::make_unique<FixedOffsetFrame<double>>(
@@ -213,10 +210,10 @@ void CheckModels(const MultibodyPlant<double>& plant,
 }
 
 // Reads the numbers of a finalized plant that has no more than the arm.
-ArmModelParams CalcArmModelParams(const MultibodyPlant<double>& plant) {
+ArmModelParams<7> CalcArmModelParams(const MultibodyPlant<double>& plant) {
   const auto context = plant.CreateDefaultContext();
   plant.SetPositions(context.get(), Vector7::Zero());
-  ArmModelParams params;
+  ArmModelParams<7> params;
   const Frame<double>* parent = &plant.world_frame();
   for (int i = 0; i < kNumJoints; ++i) {
     const auto& joint = plant.GetJointByName<RevoluteJoint>(

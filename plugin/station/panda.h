@@ -8,6 +8,7 @@
 
 #include "dual_proxy/control/arm_model.h"
 #include "dual_proxy/experiment/scene_params.h"
+#include "dual_proxy/robots/panda/panda.h"
 
 namespace dual_proxy {
 
@@ -18,13 +19,6 @@ scene, and the numbers of its model.
 Frames: B is panda_link0 (= Drake's world), S the sensor at the flange with the
 axes of panda_link7, E the tool point, 0.207 m along +z of panda_link7 with its
 axes. */
-
-/** Rest posture, rad: E at (0.45, 0, 0.18) m, the tool pointing straight down,
-no joint within 0.5 rad of its limits. */
-inline const Vector7 kPandaQRest{{0, -0.0339, 0, -2.5555, 0, 2.5216, 0}};
-/** R_BE that points the tool straight down. */
-inline const Eigen::Matrix3d kToolPointingDown{
-    Eigen::Vector3d(1, -1, -1).asDiagonal()};
 
 /** What AddPandaScene() added, and the ports to wire. */
 struct PandaScene {
@@ -89,7 +83,7 @@ class PandaModel {
   explicit PandaModel(double tool_mass = kToolMass, double gravity = 9.81);
 
   /** The numbers of arm and tool. */
-  const ArmModelParams& arm_params() const { return arm_params_; }
+  const ArmModelParams<7>& arm_params() const { return arm_params_; }
 
   /** Finds the joint positions that reach a pose, nearest to a posture.
   @param p_BE   m: tool point.
@@ -105,7 +99,7 @@ class PandaModel {
 
  private:
   drake::multibody::MultibodyPlant<double> plant_;
-  ArmModelParams arm_params_;
+  ArmModelParams<7> arm_params_;
 };
 
 }  // namespace dual_proxy

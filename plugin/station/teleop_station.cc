@@ -110,9 +110,9 @@ class StationBuilder {
 
   // Everything else, as one system.
   void AddLoop() {
-    auto* loop =
-        Add<TeleopLoopSystem>("loop", MakeTeleopLoopParams(scenario_, arm_),
-                              scene_->sensor_joint, q_start_);
+    auto* loop = Add<TeleopLoopSystem>(
+        "loop", MakeTeleopLoopParams<SerialArm<7>>(scenario_, arm_),
+        scene_->sensor_joint, q_start_);
     builder_.Connect(scene_->get_state_output_port(),
                      loop->GetInputPort("robot_state"));
     builder_.Connect(scene_->get_reaction_forces_output_port(),
@@ -129,7 +129,8 @@ class StationBuilder {
     auto* reaction =
         Add<SensorReactionSystem>("reaction", scene_->sensor_joint);
     auto* robot_side = Add<RobotSideSystem>(
-        "robot_side", MakeRobotSideParams(scenario_), arm_, q_start_,
+        "robot_side", MakeRobotSideParams<SerialArm<7>>(scenario_), arm_,
+        q_start_,
         RobotSideSensor{.params = scenario_.sensor,
                         .p_SE = kSensorToToolPoint,
                         .seed = scenario_.CalcSeed(Stream::kSensor)},
@@ -198,7 +199,7 @@ class StationBuilder {
 
   DiagramBuilder<double>& builder_;
   const Scenario& scenario_;
-  ArmModelParams arm_;
+  ArmModelParams<7> arm_;
   Vector7 q_start_;
   std::optional<PandaScene> scene_;
   std::vector<const OutputPort<double>*> logged_;

@@ -10,6 +10,7 @@
 namespace dual_proxy {
 
 Eigen::Matrix3d ExpRotation(const Eigen::Vector3d& rotation_vector) noexcept {
+  if (rotation_vector.isZero(0)) return Eigen::Matrix3d::Identity();
   const double half_angle = 0.5 * rotation_vector.norm();
   // sin(x)/x to double precision: below 1e-4 the series' next term is 1e-18.
   const double half_sinc = half_angle > 1e-4
@@ -22,6 +23,8 @@ Eigen::Matrix3d ExpRotation(const Eigen::Vector3d& rotation_vector) noexcept {
 }
 
 Eigen::Vector3d LogRotation(const Eigen::Matrix3d& R) noexcept {
+  // The same bits as below, at once.
+  if (R == Eigen::Matrix3d::Identity()) return Eigen::Vector3d::Zero();
   Eigen::Quaterniond q(R);
   q.normalize();
   if (q.w() < 0) q.coeffs() = -q.coeffs();
@@ -33,6 +36,9 @@ Eigen::Vector3d LogRotation(const Eigen::Matrix3d& R) noexcept {
 
 Eigen::Matrix3d ProjectToRotation(const Eigen::Matrix3d& M) noexcept {
   if (!M.allFinite()) return Eigen::Matrix3d::Identity();
+  if (M(0, 0) > 0 && M == M(0, 0) * Eigen::Matrix3d::Identity()) {
+    return Eigen::Matrix3d::Identity();
+  }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(
       M, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d U = svd.matrixU();
@@ -42,7 +48,9 @@ Eigen::Matrix3d ProjectToRotation(const Eigen::Matrix3d& M) noexcept {
 
 bool IsValidPose(const Pose& pose) noexcept {
   constexpr double kTolerance = 1e-3;
-  return pose.p.allFinite() && pose.R.allFinite() &&
+  if (!pose.p.allFinite()) return false;
+  if (pose.R == Eigen::Matrix3d::Identity()) return true;
+  return pose.R.allFinite() &&
          (pose.R * pose.R.transpose() - Eigen::Matrix3d::Identity())
                  .cwiseAbs()
                  .maxCoeff() <= kTolerance &&

@@ -23,17 +23,14 @@ void SignalSink::Rotation(const SignalInfo& info, const Eigen::Matrix3d& R) {
   Advance(info, SignalKind::kQuaternion, 4);
 }
 
-void SignalSink::Advance(const SignalInfo& info, SignalKind kind, int size) {
-  if (layout_) {
-    layout_->push_back({.name = info.name,
-                        .start = size_,
-                        .size = size,
-                        .kind = kind,
-                        .unit = info.unit,
-                        .frame = info.frame,
-                        .meaning = info.meaning});
-  }
-  size_ += size;
+void SignalSink::Describe(const SignalInfo& info, SignalKind kind, int size) {
+  layout_->push_back({.name = info.name,
+                      .start = size_,
+                      .size = size,
+                      .kind = kind,
+                      .unit = info.unit,
+                      .frame = info.frame,
+                      .meaning = info.meaning});
 }
 
 int SizeOf(const std::vector<SignalSlice>& layout) {

@@ -92,7 +92,12 @@ class SignalSink {
     Advance(info, kind, 1);
   }
 
-  void Advance(const SignalInfo& info, SignalKind kind, int size);
+  void Advance(const SignalInfo& info, SignalKind kind, int size) {
+    if (layout_) Describe(info, kind, size);
+    size_ += size;
+  }
+
+  void Describe(const SignalInfo& info, SignalKind kind, int size);
 
   Eigen::Ref<Eigen::VectorXd>* vector_{nullptr};
   std::vector<SignalSlice>* layout_{nullptr};

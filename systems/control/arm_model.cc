@@ -18,8 +18,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kNumJoints = 7;
-
 // Of the largest principal moment: rounding of printed inertias.
 constexpr double kInertiaTolerance = 1e-6;
 
@@ -52,8 +50,10 @@ struct Inertia {
 
 }  // namespace
 
-Vector6 CalcTwist(const Matrix67& J_BE, const Vector7& v) noexcept {
-  return J_BE * v;
+template <int kJoints>
+Vector6 CalcTwist(const ModelTerms<kJoints>& terms,
+                  const JointVector<kJoints>& v) noexcept {
+  return terms.J_BE * v;
 }
 
 void ThrowUnlessInertia(const char* who, const char* field,
@@ -77,10 +77,11 @@ void ThrowUnlessInertia(const char* who, const char* field,
   }
 }
 
-void ArmModelParams::Validate() const {
+template <int kJoints>
+void ArmModelParams<kJoints>::Validate() const {
   const char* who = "ArmModelParams";
   ThrowUnlessIn(who, "p_PJ", p_PJ, Finite());
-  for (int i = 0; i < kNumJoints; ++i) {
+  for (int i = 0; i < kJoints; ++i) {
     ThrowUnlessIn(who, Indexed("R_PJ", i).c_str(), R_PJ[i], Rotation());
     ThrowUnlessIn(who, Indexed("mass", i).c_str(), mass(i), Above(0));
     ThrowUnlessInertia(who, Indexed("inertia", i).c_str(), inertia[i]);
@@ -91,12 +92,15 @@ void ArmModelParams::Validate() const {
   ThrowUnlessIn(who, "gravity", gravity, Finite());
 }
 
-ArmModel::ArmModel(ArmModelParams params) : params_(std::move(params)) {
+template <int kJoints>
+ArmModel<kJoints>::ArmModel(Params params) : params_(std::move(params)) {
   params_.Validate();
 }
 
-void ArmModel::Calc(const Vector7& q, const Vector7& v, Pose* X_BE,
-                    ModelTerms* terms) const noexcept {
+template <int kJoints>
+void ArmModel<kJoints>::Calc(const JointVector<kJoints>& q,
+                             const JointVector<kJoints>& v, Pose* X_BE,
+                             Terms* terms) const noexcept {
   if (!std::isfinite(q.squaredNorm() + v.squaredNorm())) {
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
     X_BE->p.setConstant(kNan);
@@ -110,14 +114,14 @@ void ArmModel::Calc(const Vector7& q, const Vector7& v, Pose* X_BE,
   }
   // From the base to the tool. Per joint: its unit motion, its link's inertia,
   // and the force its link takes at zero joint accelerations.
-  std::array<Spatial, kNumJoints> axes;
-  std::array<Inertia, kNumJoints> inertias;
-  std::array<Spatial, kNumJoints> forces;
+  std::array<Spatial, kJoints> axes;
+  std::array<Inertia, kJoints> inertias;
+  std::array<Spatial, kJoints> forces;
   Vector3d p_BJ = Vector3d::Zero();
   Matrix3d R_BJ = Matrix3d::Identity();
   Spatial velocity{Vector3d::Zero(), Vector3d::Zero()};
   Spatial acceleration{Vector3d::Zero(), Vector3d::Zero()};
-  for (int i = 0; i < kNumJoints; ++i) {
+  for (int i = 0; i < kJoints; ++i) {
     p_BJ += R_BJ * params_.p_PJ.col(i);
     const Matrix3d R_B0 = R_BJ * params_.R_PJ[i];
     const double cosine = std::cos(q(i));
@@ -158,16 +162,16 @@ void ArmModel::Calc(const Vector7& q, const Vector7& v, Pose* X_BE,
   X_BE->p = p_BE;
   X_BE->R = R_BJ * params_.R_LE;
   const Vector3d velocity_E = velocity.linear + velocity.angular.cross(p_BE);
-  terms->Jdot_v.head<3>() = acceleration.linear +
-                            acceleration.angular.cross(p_BE) +
-                            velocity.angular.cross(velocity_E);
-  terms->Jdot_v.tail<3>() = acceleration.angular;
+  terms->Jdot_v.template head<3>() = acceleration.linear +
+                                     acceleration.angular.cross(p_BE) +
+                                     velocity.angular.cross(velocity_E);
+  terms->Jdot_v.template tail<3>() = acceleration.angular;
 
   // From the tool to the base: `inertia` and `force` are of all links from i
   // on.
   Inertia inertia{0, Vector3d::Zero(), Matrix3d::Zero()};
   Spatial force{Vector3d::Zero(), Vector3d::Zero()};
-  for (int i = kNumJoints - 1; i >= 0; --i) {
+  for (int i = kJoints - 1; i >= 0; --i) {
     const Spatial& axis = axes[i];
     inertia.mass += inertias[i].mass;
     inertia.first_moment += inertias[i].first_moment;
@@ -175,8 +179,9 @@ void ArmModel::Calc(const Vector7& q, const Vector7& v, Pose* X_BE,
     force.angular += forces[i].angular;
     force.linear += forces[i].linear;
 
-    terms->J_BE.col(i).head<3>() = axis.linear + axis.angular.cross(p_BE);
-    terms->J_BE.col(i).tail<3>() = axis.angular;
+    terms->J_BE.col(i).template head<3>() =
+        axis.linear + axis.angular.cross(p_BE);
+    terms->J_BE.col(i).template tail<3>() = axis.angular;
     terms->bias(i) =
         axis.angular.dot(force.angular) + axis.linear.dot(force.linear);
     terms->gravity(i) =
@@ -191,5 +196,14 @@ void ArmModel::Calc(const Vector7& q, const Vector7& v, Pose* X_BE,
     }
   }
 }
+
+template struct ArmModelParams<6>;
+template struct ArmModelParams<7>;
+template class ArmModel<6>;
+template class ArmModel<7>;
+template Vector6 CalcTwist(const ModelTerms<6>&,
+                           const JointVector<6>&) noexcept;
+template Vector6 CalcTwist(const ModelTerms<7>&,
+                           const JointVector<7>&) noexcept;
 
 }  // namespace dual_proxy

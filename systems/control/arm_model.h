@@ -9,24 +9,29 @@
 
 namespace dual_proxy {
 
-/** Parameters of ArmModel: a base and seven links in series, each behind a
-revolute joint. Index i (0 to 6) counts joints and the links behind them from
+/** Parameters of ArmModel: a base and kJoints links in series, each behind a
+revolute joint. Index i (from 0) counts joints and the links behind them from
 the base on; P is the link in front of joint i (the base B for i = 0), J the
 frame that joint i moves and its link is fixed in. J's z is the joint's axis.
 
 There is no default arm: masses are zero until they are set, and refused. */
+template <int kJoints>
 struct ArmModelParams {
+  using PerJoint = Eigen::Matrix<double, 3, kJoints>;
+
   /** m, finite: column i is the position of J in P. */
-  Eigen::Matrix<double, 3, 7> p_PJ{Eigen::Matrix<double, 3, 7>::Zero()};
+  PerJoint p_PJ{PerJoint::Zero()};
   /** Orientation of J in P at q_i = 0, rotation matrices. */
-  std::array<Eigen::Matrix3d, 7> R_PJ{MakeArray(Eigen::Matrix3d::Identity())};
-  Vector7 mass{Vector7::Zero()};  ///< kg, > 0.
+  std::array<Eigen::Matrix3d, kJoints> R_PJ{
+      MakeArray(Eigen::Matrix3d::Identity())};
+  JointVector<kJoints> mass{JointVector<kJoints>::Zero()};  ///< kg, > 0.
   /** m, finite: column i is the centre of mass of link i, in J. */
-  Eigen::Matrix<double, 3, 7> com{Eigen::Matrix<double, 3, 7>::Zero()};
+  PerJoint com{PerJoint::Zero()};
   /** kg m^2, of link i about its centre of mass, in J: symmetric, principal
   moments >= 0 and none above the sum of the others (1e-6 of the largest is
   forgiven). */
-  std::array<Eigen::Matrix3d, 7> inertia{MakeArray(Eigen::Matrix3d::Zero())};
+  std::array<Eigen::Matrix3d, kJoints> inertia{
+      MakeArray(Eigen::Matrix3d::Zero())};
   /** m, finite: tool point E in the last J. */
   Eigen::Vector3d p_LE{Eigen::Vector3d::Zero()};
   /** Orientation of E in the last J, a rotation matrix. */
@@ -38,8 +43,11 @@ struct ArmModelParams {
   void Validate() const;
 
  private:
-  static std::array<Eigen::Matrix3d, 7> MakeArray(const Eigen::Matrix3d& m) {
-    return {m, m, m, m, m, m, m};
+  static std::array<Eigen::Matrix3d, kJoints> MakeArray(
+      const Eigen::Matrix3d& m) {
+    std::array<Eigen::Matrix3d, kJoints> result;
+    result.fill(m);
+    return result;
   }
 };
 
@@ -50,20 +58,26 @@ void ThrowUnlessInertia(const char* who, const char* field,
 
 /** Twist of E in B, [linear; angular], m/s, rad/s: J_BE v. One function, so
 that whoever needs it gets the same bits. */
-Vector6 CalcTwist(const Matrix67& J_BE, const Vector7& v) noexcept;
+template <int kJoints>
+Vector6 CalcTwist(const ModelTerms<kJoints>& terms,
+                  const JointVector<kJoints>& v) noexcept;
 
-/** Kinematics and rigid-body dynamics of a serial arm with seven revolute
-joints: all that the operational-space controller asks of a model.
+/** Kinematics and rigid-body dynamics of a serial arm with revolute joints: all
+that the operational-space controller asks of a model.
 
 Everything is in B, about B's origin (Featherstone, "Rigid Body Dynamics
 Algorithms", 2008): the mass matrix by the composite-rigid-body method, the bias
 by recursive Newton-Euler, gravity from the composite bodies' first moments. */
+template <int kJoints>
 class ArmModel {
  public:
-  /** @throws std::invalid_argument if params are not valid. */
-  explicit ArmModel(ArmModelParams params);
+  using Params = ArmModelParams<kJoints>;
+  using Terms = ModelTerms<kJoints>;
 
-  const ArmModelParams& params() const { return params_; }
+  /** @throws std::invalid_argument if params are not valid. */
+  explicit ArmModel(Params params);
+
+  const Params& params() const { return params_; }
 
   /** Computes pose and model terms. If anything in q or v is not finite (or its
   square overflows), every result is NaN: where a velocity is no number, the
@@ -74,11 +88,11 @@ class ArmModel {
   @param[out] terms  every field is set; the mass matrix is exactly symmetric,
                      and positive definite if the arm's inertias are (a point
                      mass on an axis is not). */
-  void Calc(const Vector7& q, const Vector7& v, Pose* X_BE,
-            ModelTerms* terms) const noexcept;
+  void Calc(const JointVector<kJoints>& q, const JointVector<kJoints>& v,
+            Pose* X_BE, Terms* terms) const noexcept;
 
  private:
-  ArmModelParams params_;
+  Params params_;
 };
 
 }  // namespace dual_proxy

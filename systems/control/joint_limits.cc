@@ -15,10 +15,11 @@ constexpr double kSpeedTime = 0.02;  // s: T_v.
 
 }  // namespace
 
-void JointLimitsParams::Validate() const {
+template <int kJoints>
+void JointLimitsParams<kJoints>::Validate() const {
   constexpr const char* kWho = "JointLimitsParams";
   ValidateFields(kWho, *this);
-  for (int i = 0; i < 7; ++i) {
+  for (int i = 0; i < kJoints; ++i) {
     if (lower(i) + 2 * position_margin < upper(i)) continue;
     const std::string field = "upper[" + std::to_string(i) + "]";
     ThrowInvalidField(kWho, field.c_str(),
@@ -27,12 +28,15 @@ void JointLimitsParams::Validate() const {
   }
 }
 
-JointLimits::JointLimits(JointLimitsParams params)
+template <int kJoints>
+JointLimits<kJoints>::JointLimits(Params params)
     : params_((params.Validate(), params)),
       speed_((1 - params.speed_margin) * params.speed) {}
 
-bool JointLimits::IsNear(const Vector7& q, const Vector7& v) const noexcept {
-  for (int i = 0; i < 7; ++i) {
+template <int kJoints>
+bool JointLimits<kJoints>::IsNear(const Joints& q,
+                                  const Joints& v) const noexcept {
+  for (int i = 0; i < kJoints; ++i) {
     const double room =
         std::min(params_.upper(i) - q(i), q(i) - params_.lower(i)) -
         params_.position_margin;
@@ -43,17 +47,24 @@ bool JointLimits::IsNear(const Vector7& q, const Vector7& v) const noexcept {
   return false;
 }
 
-Vector7 JointLimits::Limit(const Vector7& q, const Vector7& v,
-                           const Vector7& acceleration) const noexcept {
-  const Vector7 margin = Vector7::Constant(params_.position_margin);
-  const Vector7 highest = ((params_.upper - margin - q) / kEndTime)
-                              .cwiseMin(speed_)
-                              .cwiseMax(-speed_);
-  const Vector7 lowest = ((params_.lower + margin - q) / kEndTime)
-                             .cwiseMax(-speed_)
-                             .cwiseMin(speed_);
+template <int kJoints>
+JointVector<kJoints> JointLimits<kJoints>::Limit(
+    const Joints& q, const Joints& v,
+    const Joints& acceleration) const noexcept {
+  const Joints margin = Joints::Constant(params_.position_margin);
+  const Joints highest = ((params_.upper - margin - q) / kEndTime)
+                             .cwiseMin(speed_)
+                             .cwiseMax(-speed_);
+  const Joints lowest = ((params_.lower + margin - q) / kEndTime)
+                            .cwiseMax(-speed_)
+                            .cwiseMin(speed_);
   return acceleration.cwiseMin((highest - v) / kSpeedTime)
       .cwiseMax((lowest - v) / kSpeedTime);
 }
+
+template struct JointLimitsParams<6>;
+template struct JointLimitsParams<7>;
+template class JointLimits<6>;
+template class JointLimits<7>;
 
 }  // namespace dual_proxy

@@ -8,10 +8,11 @@
 namespace dual_proxy {
 
 /** Parameters of JointLimits. */
+template <int kJoints>
 struct JointLimitsParams {
-  Vector7 lower{ArmLimits{}.joint_lower};
-  Vector7 upper{ArmLimits{}.joint_upper};
-  Vector7 speed{ArmLimits{}.joint_speed};
+  JointVector<kJoints> lower{ArmLimits<kJoints>{}.joint_lower};
+  JointVector<kJoints> upper{ArmLimits<kJoints>{}.joint_upper};
+  JointVector<kJoints> speed{ArmLimits<kJoints>{}.joint_speed};
   double position_margin{0.05};
   double speed_margin{0.1};
 
@@ -43,25 +44,29 @@ T_q)
 
 and v_low alike: a joint approaches its end ever more slowly, and one beyond the
 margin is led back. T_v = 20 ms, T_q = 0.1 s. No heap, no throw. */
+template <int kJoints>
 class JointLimits {
  public:
-  /** @throws std::invalid_argument if params are not valid. */
-  explicit JointLimits(JointLimitsParams params = {});
+  using Params = JointLimitsParams<kJoints>;
+  using Joints = JointVector<kJoints>;
 
-  const JointLimitsParams& params() const { return params_; }
+  /** @throws std::invalid_argument if params are not valid. */
+  explicit JointLimits(Params params = {});
+
+  const Params& params() const { return params_; }
 
   /** Whether any joint moves faster than half its speed, or could not go on at
   full speed for its end. Far from all limits nothing is to be limited.
   @param q rad.  @param v rad/s. */
-  bool IsNear(const Vector7& q, const Vector7& v) const noexcept;
+  bool IsNear(const Joints& q, const Joints& v) const noexcept;
 
   /** The acceleration, rad/s^2, of which each joint's is let through. */
-  Vector7 Limit(const Vector7& q, const Vector7& v,
-                const Vector7& acceleration) const noexcept;
+  Joints Limit(const Joints& q, const Joints& v,
+               const Joints& acceleration) const noexcept;
 
  private:
-  JointLimitsParams params_;
-  Vector7 speed_;  ///< Less the margin.
+  Params params_;
+  Joints speed_;  ///< Less the margin.
 };
 
 }  // namespace dual_proxy

@@ -7,7 +7,7 @@ namespace dual_proxy {
 
 /** A contact in one direction of an arm. */
 struct ContactModel {
-  double mass{4.4};       ///< kg: of a Panda's tool point over a table.
+  double mass{4.4};       ///< kg: of an arm's tool point over a table.
   double stiffness{3e4};  ///< N/m.
   double damping{50};     ///< N s/m.
 };

@@ -14,8 +14,9 @@ namespace dual_proxy {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+template <int kJoints>
 ForceLoopParams MakeForceLoopParams(
-    const OperationalSpaceControllerParams& params) {
+    const OperationalSpaceControllerParams<kJoints>& params) {
   ForceLoopParams loop{.gain = params.force_gain,
                        .integral_gain = params.force_integral_gain,
                        .damping = params.force_damping,
@@ -33,8 +34,9 @@ ForceLoopParams MakeForceLoopParams(
 
 namespace {
 
+template <int kJoints>
 ForceLoopParams MakeMomentLoopParams(
-    const OperationalSpaceControllerParams& params) {
+    const OperationalSpaceControllerParams<kJoints>& params) {
   ForceLoopParams loop{.gain = params.moment_gain,
                        .integral_gain = params.moment_integral_gain,
                        .damping = params.moment_damping,
@@ -94,43 +96,50 @@ void SolveLowerTransposedInPlace(const Eigen::Matrix<double, n, n>& L,
 joints and leaves the tool to its task as far as the others can make up for it:
 its place before its orientation. Of all such changes the one of the least
 kinetic energy. @param L Cholesky factor of the mass matrix. */
-Vector7 CalcCorrection(const Matrix7& L, const Matrix67& J_BE,
-                       const std::array<bool, 7>& is_limited,
-                       const Vector7& change) noexcept {
+template <int kJoints>
+JointVector<kJoints> CalcCorrection(
+    const JointMatrix<kJoints>& L, const Jacobian<kJoints>& J_BE,
+    const std::array<bool, kJoints>& is_limited,
+    const JointVector<kJoints>& change) noexcept {
+  constexpr int kRows = kJoints + 6;
   // 1/kg and 1/(kg m^2): how soft a demand is, beside the tool's mobility.
   constexpr double kPlace = 1e-3;
   constexpr double kOrientation = 1;
   // Rows that are to be zero or `change`; a row of zeros asks for nothing.
-  Eigen::Matrix<double, 13, 7> C = Eigen::Matrix<double, 13, 7>::Zero();
-  Eigen::Matrix<double, 13, 1> wanted = Eigen::Matrix<double, 13, 1>::Zero();
-  for (int i = 0; i < 7; ++i) {
+  using Rows = Eigen::Matrix<double, kRows, 1>;
+  Eigen::Matrix<double, kRows, kJoints> C =
+      Eigen::Matrix<double, kRows, kJoints>::Zero();
+  Rows wanted = Rows::Zero();
+  for (int i = 0; i < kJoints; ++i) {
     if (!is_limited[i]) continue;
     C(i, i) = 1;
     wanted(i) = change(i);
   }
-  C.bottomRows<6>() = J_BE;
-  Eigen::Matrix<double, 7, 13> X = C.transpose();
+  C.template bottomRows<6>() = J_BE;
+  Eigen::Matrix<double, kJoints, kRows> X = C.transpose();
   SolveLowerInPlace(L, &X);
-  Eigen::Matrix<double, 13, 13> S = X.transpose().lazyProduct(X);
-  for (int i = 0; i < 7; ++i) S(i, i) += is_limited[i] ? 1e-9 : 1;
-  for (int i = 7; i < 10; ++i) S(i, i) += kPlace;
-  for (int i = 10; i < 13; ++i) S(i, i) += kOrientation;
-  if (!FactorInPlace(&S)) return Vector7::Zero();
-  Eigen::Matrix<double, 13, 1> y = wanted;
+  Eigen::Matrix<double, kRows, kRows> S = X.transpose().lazyProduct(X);
+  for (int i = 0; i < kJoints; ++i) S(i, i) += is_limited[i] ? 1e-9 : 1;
+  for (int i = kJoints; i < kJoints + 3; ++i) S(i, i) += kPlace;
+  for (int i = kJoints + 3; i < kRows; ++i) S(i, i) += kOrientation;
+  if (!FactorInPlace(&S)) return JointVector<kJoints>::Zero();
+  Rows y = wanted;
   SolveLowerInPlace(S, &y);
   SolveLowerTransposedInPlace(S, &y);
-  Vector7 correction = X.lazyProduct(y);
+  JointVector<kJoints> correction = X.lazyProduct(y);
   SolveLowerTransposedInPlace(L, &correction);
   return correction;
 }
 
-bool IsFinite(const ModelTerms& model) {
+template <int kJoints>
+bool IsFinite(const ModelTerms<kJoints>& model) {
   return model.J_BE.allFinite() && model.mass.allFinite() &&
          model.bias.allFinite() && model.gravity.allFinite() &&
          model.Jdot_v.allFinite();
 }
 
-bool IsValid(const OperationalSpaceControllerInput& input) {
+template <int kJoints>
+bool IsValid(const OperationalSpaceControllerInput<kJoints>& input) {
   return input.q.allFinite() && input.v.allFinite() &&
          input.motion_error.allFinite() && input.rotation_error.allFinite() &&
          input.proxy_velocity.allFinite() &&
@@ -144,16 +153,17 @@ bool IsValid(const OperationalSpaceControllerInput& input) {
 
 }  // namespace
 
-void OperationalSpaceControllerParams::Validate() const {
+template <int kJoints>
+void OperationalSpaceControllerParams<kJoints>::Validate() const {
   ValidateFields("OperationalSpaceControllerParams", *this);
 }
 
-OperationalSpaceInertia CalcOperationalSpaceInertia(const Matrix67& J_BE,
-                                                    const Matrix7& mass,
-                                                    double max_mass,
-                                                    double length) noexcept {
+template <int kJoints>
+OperationalSpaceInertia CalcOperationalSpaceInertia(
+    const Jacobian<kJoints>& J_BE, const JointMatrix<kJoints>& mass,
+    double max_mass, double length) noexcept {
   OperationalSpaceInertia result;
-  Matrix7 L_mass = mass;
+  JointMatrix<kJoints> L_mass = mass;
   if (!FactorInPlace(&L_mass)) return result;
   result.valid = true;
 
@@ -161,7 +171,7 @@ OperationalSpaceInertia CalcOperationalSpaceInertia(const Matrix67& J_BE,
   // symmetric.
   Vector6 scale;
   scale << 1, 1, 1, length, length, length;
-  Eigen::Matrix<double, 7, 6> X = J_BE.transpose() * scale.asDiagonal();
+  Eigen::Matrix<double, kJoints, 6> X = J_BE.transpose() * scale.asDiagonal();
   SolveLowerInPlace(L_mass, &X);
   const Matrix6 mobility = X.transpose().lazyProduct(X);
 
@@ -190,8 +200,8 @@ OperationalSpaceInertia CalcOperationalSpaceInertia(const Matrix67& J_BE,
   return result;
 }
 
-OperationalSpaceController::OperationalSpaceController(
-    OperationalSpaceControllerParams params)
+template <int kJoints>
+OperationalSpaceController<kJoints>::OperationalSpaceController(Params params)
     : params_((params.Validate(), params)),
       force_loop_(MakeForceLoopParams(params)),
       moment_loop_(MakeMomentLoopParams(params)),
@@ -199,71 +209,74 @@ OperationalSpaceController::OperationalSpaceController(
           {.blend_time = params.selection_blend_time, .period = params.period}),
       joint_limits_(params.joint_limits) {}
 
-OperationalSpaceControllerState OperationalSpaceController::MakeState()
-    const noexcept {
-  OperationalSpaceControllerState state;
+template <int kJoints>
+OperationalSpaceControllerState<kJoints>
+OperationalSpaceController<kJoints>::MakeState() const noexcept {
+  State state;
   state.force = force_loop_.MakeState();
   state.moment = moment_loop_.MakeState();
   return state;
 }
 
-Vector7 OperationalSpaceController::CalcLimiting(
-    const OperationalSpaceControllerInput& input, const Vector7& net,
-    OperationalSpaceControllerState* state) const noexcept {
-  if (!joint_limits_.IsNear(input.q, input.v)) return Vector7::Zero();
-  Matrix7 L = input.model.mass;
-  if (!FactorInPlace(&L)) return Vector7::Zero();
-  Vector7 asked = net;
+template <int kJoints>
+JointVector<kJoints> OperationalSpaceController<kJoints>::CalcLimiting(
+    const Input& input, const Joints& net, State* state) const noexcept {
+  if (!joint_limits_.IsNear(input.q, input.v)) return Joints::Zero();
+  JointMatrix<kJoints> L = input.model.mass;
+  if (!FactorInPlace(&L)) return Joints::Zero();
+  Joints asked = net;
   SolveLowerInPlace(L, &asked);
   SolveLowerTransposedInPlace(L, &asked);
 
-  const Vector7 change = joint_limits_.Limit(input.q, input.v, asked) - asked;
+  const Joints change = joint_limits_.Limit(input.q, input.v, asked) - asked;
   // Joints are added until none of the others has to be limited, too.
-  std::array<bool, 7> is_limited{};
-  Vector7 acceleration = asked;
-  Vector7 correction = Vector7::Zero();
-  for (int count = 0; count < 7;) {
-    const Vector7 allowed = joint_limits_.Limit(input.q, input.v, acceleration);
+  std::array<bool, kJoints> is_limited{};
+  Joints acceleration = asked;
+  Joints correction = Joints::Zero();
+  for (int count = 0; count < kJoints;) {
+    const Joints allowed = joint_limits_.Limit(input.q, input.v, acceleration);
     const int before = count;
-    for (int i = 0; i < 7; ++i) {
+    for (int i = 0; i < kJoints; ++i) {
       if (is_limited[i] || allowed(i) == acceleration(i)) continue;
       is_limited[i] = true;
       ++count;
     }
     if (count == before) break;
-    correction = CalcCorrection(L, input.model.J_BE, is_limited, change);
+    correction =
+        CalcCorrection<kJoints>(L, input.model.J_BE, is_limited, change);
     acceleration = asked + correction;
   }
-  if (correction.isZero(0)) return Vector7::Zero();
+  if (correction.isZero(0)) return Joints::Zero();
   ++state->joint_limited;
   return input.model.mass * correction;
 }
 
-Vector7 OperationalSpaceController::Send(
-    const Vector7& torque, const Vector7& gravity,
-    OperationalSpaceControllerState* state) const noexcept {
+template <int kJoints>
+JointVector<kJoints> OperationalSpaceController<kJoints>::Send(
+    const Joints& torque, const Joints& gravity, State* state) const noexcept {
   const double usable = 1 - params_.torque_margin;
-  const Vector7 limit = usable * params_.torque_limit;
-  const Vector7 limited = torque.cwiseMax(-limit).cwiseMin(limit);
+  const Joints limit = usable * params_.torque_limit;
+  const Joints limited = torque.cwiseMax(-limit).cwiseMin(limit);
   if (limited != torque) ++state->torque_limited;
   if (!state->initialized) {
     state->initialized = true;
     state->torque = (-gravity).cwiseMax(-limit).cwiseMin(limit);
   }
-  const Vector7 step =
-      Vector7::Constant(usable * params_.torque_rate_limit * params_.period);
-  const Vector7 sent =
+  const Joints step =
+      Joints::Constant(usable * params_.torque_rate_limit * params_.period);
+  const Joints sent =
       limited.cwiseMax(state->torque - step).cwiseMin(state->torque + step);
   if (sent != limited) ++state->rate_limited;
   state->torque = sent;
   return sent;
 }
 
-OperationalSpaceControllerOutput OperationalSpaceController::Refuse(
-    const ModelTerms& model,
-    OperationalSpaceControllerState* state) const noexcept {
+template <int kJoints>
+OperationalSpaceControllerOutput<kJoints>
+OperationalSpaceController<kJoints>::Refuse(const ModelTerms<kJoints>& model,
+                                            State* state) const noexcept {
   ++state->bad_inputs;
-  OperationalSpaceControllerOutput output;
+  Output output;
   output.torque = IsFinite(model) ? Send(-model.gravity, model.gravity, state)
                                   : state->torque;
   output.observed_energy = state->force.passivity.energy;
@@ -271,10 +284,11 @@ OperationalSpaceControllerOutput OperationalSpaceController::Refuse(
   return output;
 }
 
-OperationalSpaceControllerOutput OperationalSpaceController::Update(
-    const OperationalSpaceControllerInput& input,
-    OperationalSpaceControllerState* state) const noexcept {
-  const ModelTerms& model = input.model;
+template <int kJoints>
+OperationalSpaceControllerOutput<kJoints>
+OperationalSpaceController<kJoints>::Update(const Input& input,
+                                            State* state) const noexcept {
+  const ModelTerms<kJoints>& model = input.model;
   if (!IsFinite(model) || !IsValid(input)) return Refuse(model, state);
   const OperationalSpaceInertia inertia = CalcOperationalSpaceInertia(
       model.J_BE, model.mass, params_.max_mass, params_.characteristic_length);
@@ -319,7 +333,7 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
   acceleration.tail<3>() -= Omega_tau * acceleration.tail<3>().eval();
 
   // Force: eq. (13).
-  OperationalSpaceControllerOutput output;
+  Output output;
   if (input.force_feedback) {
     output.contact_force =
         force_loop_.Update(input.reference_force, sensed.head<3>(), v_BE,
@@ -335,7 +349,7 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
   contact_wrench << output.contact_force, output.contact_moment;
 
   // Torque: eq. (14) to (17).
-  Vector7 posture = params_.posture_stiffness * (params_.q_rest - input.q);
+  Joints posture = params_.posture_stiffness * (params_.q_rest - input.q);
   const double pull = params_.posture_damping * params_.posture_speed_limit;
   if (pull > 0) {
     posture = posture.cwiseMax(-pull).cwiseMin(pull).eval();
@@ -344,7 +358,7 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
   const Vector6 wrench =
       Lambda * (acceleration - model.Jdot_v - model.J_BE * posture) +
       contact_wrench;
-  const Vector7 net = model.J_BE.transpose() * wrench + model.mass * posture;
+  const Joints net = model.J_BE.transpose() * wrench + model.mass * posture;
   output.torque =
       Send(net + model.bias - model.gravity + CalcLimiting(input, net, state),
            model.gravity, state);
@@ -361,5 +375,18 @@ OperationalSpaceControllerOutput OperationalSpaceController::Update(
   output.injected_moment_damping = state->moment.passivity.damping;
   return output;
 }
+
+template struct OperationalSpaceControllerParams<6>;
+template struct OperationalSpaceControllerParams<7>;
+template class OperationalSpaceController<6>;
+template class OperationalSpaceController<7>;
+template ForceLoopParams MakeForceLoopParams(
+    const OperationalSpaceControllerParams<6>&);
+template ForceLoopParams MakeForceLoopParams(
+    const OperationalSpaceControllerParams<7>&);
+template OperationalSpaceInertia CalcOperationalSpaceInertia(
+    const Jacobian<6>&, const JointMatrix<6>&, double, double) noexcept;
+template OperationalSpaceInertia CalcOperationalSpaceInertia(
+    const Jacobian<7>&, const JointMatrix<7>&, double, double) noexcept;
 
 }  // namespace dual_proxy

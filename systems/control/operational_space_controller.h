@@ -15,7 +15,8 @@
 namespace dual_proxy {
 
 /** Parameters of OperationalSpaceController. The gains' defaults are the
-paper's for the Panda (section VI). */
+paper's for its arm (section VI). */
+template <int kJoints>
 struct OperationalSpaceControllerParams {
   double position_stiffness{500};
   double position_damping{40};
@@ -58,9 +59,7 @@ struct OperationalSpaceControllerParams {
   acceleration, but little of the moment. */
   bool unit_inertia_motion_moment{false};
 
-  Vector7 q_rest{
-      (Vector7() << 0, -0.785398, 0, -2.356194, 0, 1.570796, 0.785398)
-          .finished()};
+  JointVector<kJoints> q_rest{MakeRestPosture()};
   double posture_stiffness{25};
   double posture_damping{10};
   /** From afar, which a passage near a singularity sets free, the spring alone
@@ -70,9 +69,9 @@ struct OperationalSpaceControllerParams {
   double max_mass{50};
   double characteristic_length{0.2};
 
-  JointLimitsParams joint_limits{};
-  Vector7 torque_limit{ArmLimits{}.torque};
-  double torque_rate_limit{ArmLimits{}.torque_rate};
+  JointLimitsParams<kJoints> joint_limits{};
+  JointVector<kJoints> torque_limit{ArmLimits<kJoints>{}.torque};
+  double torque_rate_limit{ArmLimits<kJoints>{}.torque_rate};
   double torque_margin{0.05};
   double period{0.001};
 
@@ -174,11 +173,23 @@ struct OperationalSpaceControllerParams {
                    "share of both torque limits that is kept free"));
     a->Visit(Field("period", &period, Above(0), "s", "of control"));
   }
+
+ private:
+  /** Zero; with seven joints the ready posture of Franka's arms. */
+  static JointVector<kJoints> MakeRestPosture() {
+    if constexpr (kJoints == 7) {
+      return JointVector<7>{
+          {0, -0.785398, 0, -2.356194, 0, 1.570796, 0.785398}};
+    } else {
+      return JointVector<kJoints>::Zero();
+    }
+  }
 };
 
 /** The force loop of a controller with these parameters. */
+template <int kJoints>
 ForceLoopParams MakeForceLoopParams(
-    const OperationalSpaceControllerParams& params);
+    const OperationalSpaceControllerParams<kJoints>& params);
 
 /** Operational-space quantities of one configuration. */
 struct OperationalSpaceInertia {
@@ -194,17 +205,18 @@ With angular rows scaled by `length` (m) the eigenvalues mu of J A^-1 J^T are
 r = mu max_mass, it is max_mass (3 r - 2 r^2): the same value and slope at the
 border, at most 1.125 max_mass, and zero at the singularity, where the direction
 is dropped. No heap. */
-OperationalSpaceInertia CalcOperationalSpaceInertia(const Matrix67& J_BE,
-                                                    const Matrix7& mass,
-                                                    double max_mass,
-                                                    double length) noexcept;
+template <int kJoints>
+OperationalSpaceInertia CalcOperationalSpaceInertia(
+    const Jacobian<kJoints>& J_BE, const JointMatrix<kJoints>& mass,
+    double max_mass, double length) noexcept;
 
 /** Inputs of one cycle. Vectors in B, 3-vectors unless said; every force is
 what the robot exerts on its environment. */
+template <int kJoints>
 struct OperationalSpaceControllerInput {
-  ModelTerms model;
-  Vector7 q{Vector7::Zero()};  ///< rad.
-  Vector7 v{Vector7::Zero()};  ///< rad/s.
+  ModelTerms<kJoints> model;
+  JointVector<kJoints> q{JointVector<kJoints>::Zero()};  ///< rad.
+  JointVector<kJoints> v{JointVector<kJoints>::Zero()};  ///< rad/s.
   /** dx_m = Omega_m (x_r - x_pr), m. */
   Eigen::Vector3d motion_error{Eigen::Vector3d::Zero()};
   /** Rotation vector of R_r R_p^T, projected, rad. */
@@ -230,8 +242,10 @@ struct OperationalSpaceControllerInput {
 };
 
 /** Results of one cycle; 3-vectors in B. */
+template <int kJoints>
 struct OperationalSpaceControllerOutput {
-  Vector7 torque{Vector7::Zero()};  ///< N m, gravity compensation included.
+  /** N m, gravity compensation included. */
+  JointVector<kJoints> torque{JointVector<kJoints>::Zero()};
   /** Command in motion space: m/s^2 = N for 1 kg, or F_m in N
   (unit_mass_motion_force). */
   Eigen::Vector3d motion_force{Eigen::Vector3d::Zero()};
@@ -248,21 +262,23 @@ struct OperationalSpaceControllerOutput {
 };
 
 /** Memory of OperationalSpaceController. */
+template <int kJoints>
 struct OperationalSpaceControllerState {
   SelectionBlendState force_selection;
   SelectionBlendState moment_selection;
   ForceLoopState force;
   ForceLoopState moment;
-  Vector7 torque{Vector7::Zero()};  ///< Sent last, N m.
-  bool initialized{false};          ///< A torque was sent.
-  std::int64_t bad_inputs{0};       ///< Cycles refused.
-  std::int64_t singular{0};         ///< Cycles in which Lambda was bounded.
-  std::int64_t joint_limited{0};    ///< Cycles in which joint_limits acted.
-  std::int64_t torque_limited{0};   ///< Cycles in which torque_limit acted.
-  std::int64_t rate_limited{0};     ///< Cycles in which the rate limit acted.
+  /** Sent last, N m. */
+  JointVector<kJoints> torque{JointVector<kJoints>::Zero()};
+  bool initialized{false};         ///< A torque was sent.
+  std::int64_t bad_inputs{0};      ///< Cycles refused.
+  std::int64_t singular{0};        ///< Cycles in which Lambda was bounded.
+  std::int64_t joint_limited{0};   ///< Cycles in which joint_limits acted.
+  std::int64_t torque_limited{0};  ///< Cycles in which torque_limit acted.
+  std::int64_t rate_limited{0};    ///< Cycles in which the rate limit acted.
 };
 
-/** Unified force/motion control of a 7-joint arm in operational space, eq. (10)
+/** Unified force/motion control of an arm in operational space, eq. (10)
 to (17), in six degrees of freedom:
 
     a   = Omega_m   (-[Kpm dx_m] - Kvm (v - v_p) + a_p)          linear
@@ -293,40 +309,42 @@ as sent last; zero before the first cycle), motion and contact forces are zero,
 the controller's memory rests, and state.bad_inputs counts it.
 
 Update() neither allocates nor throws. */
+template <int kJoints>
 class OperationalSpaceController {
  public:
+  using Params = OperationalSpaceControllerParams<kJoints>;
+  using Input = OperationalSpaceControllerInput<kJoints>;
+  using Output = OperationalSpaceControllerOutput<kJoints>;
+  using State = OperationalSpaceControllerState<kJoints>;
+
   /** @throws std::invalid_argument if params are not valid. */
-  explicit OperationalSpaceController(
-      OperationalSpaceControllerParams params = {});
+  explicit OperationalSpaceController(Params params = {});
 
-  const OperationalSpaceControllerParams& params() const { return params_; }
+  const Params& params() const { return params_; }
 
-  OperationalSpaceControllerState MakeState() const noexcept;
+  State MakeState() const noexcept;
 
   /** Advances by one period.
   @param[in,out] state  made by MakeState(). */
-  OperationalSpaceControllerOutput Update(
-      const OperationalSpaceControllerInput& input,
-      OperationalSpaceControllerState* state) const noexcept;
+  Output Update(const Input& input, State* state) const noexcept;
 
  private:
+  using Joints = JointVector<kJoints>;
+
   /** The torque that is to be added so that no joint passes its limits.
   @param net  N m: what accelerates the arm. */
-  Vector7 CalcLimiting(const OperationalSpaceControllerInput& input,
-                       const Vector7& net,
-                       OperationalSpaceControllerState* state) const noexcept;
+  Joints CalcLimiting(const Input& input, const Joints& net,
+                      State* state) const noexcept;
   /** Limits `torque` in size and rate, and remembers it as sent. */
-  Vector7 Send(const Vector7& torque, const Vector7& gravity,
-               OperationalSpaceControllerState* state) const noexcept;
-  OperationalSpaceControllerOutput Refuse(
-      const ModelTerms& model,
-      OperationalSpaceControllerState* state) const noexcept;
+  Joints Send(const Joints& torque, const Joints& gravity,
+              State* state) const noexcept;
+  Output Refuse(const ModelTerms<kJoints>& model, State* state) const noexcept;
 
-  OperationalSpaceControllerParams params_;
+  Params params_;
   ForceLoop force_loop_;
   ForceLoop moment_loop_;
   SelectionBlend blend_;
-  JointLimits joint_limits_;
+  JointLimits<kJoints> joint_limits_;
 };
 
 }  // namespace dual_proxy

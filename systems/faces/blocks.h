@@ -92,13 +92,14 @@ out.
 BlockPtr MakeWindowMeanBlock(double window = 1 / 15.0, double period = 0.001);
 
 /** Pose and twist of the tool point from the arm's state; no memory. */
-BlockPtr MakeArmKinematicsBlock(const ArmModelParams& arm);
+BlockPtr MakeArmKinematicsBlock(const ArmModelParams<7>& arm);
 
 /** Unified force and motion control of the arm, eq. (10) to (17). Steps every
 `params.period`, with feedthrough.
 @param arm  its model. */
 BlockPtr MakeOperationalSpaceControllerBlock(
-    const OperationalSpaceControllerParams& params, const ArmModelParams& arm);
+    const OperationalSpaceControllerParams<7>& params,
+    const ArmModelParams<7>& arm);
 
 /** The device's controller, eq. (18): the force on the hand, with damping.
 Steps every `params.period`, with feedthrough. */
@@ -157,8 +158,8 @@ bits as with that in front of it.
 @param q_start  rad: where the arm will be when the run starts. Before the first
 step the torque holds it there.
 @param sensor  the simulated sensor, if there is one. */
-BlockPtr MakeRobotSideBlock(const RobotSideParams& params,
-                            const ArmModelParams& arm,
+BlockPtr MakeRobotSideBlock(const RobotSideParams<SerialArm<7>>& params,
+                            const ArmModelParams<7>& arm,
                             const std::optional<Vector7>& q_start = {},
                             const std::optional<RobotSideSensor>& sensor = {},
                             const RobotSideSeeds& seeds = {});
@@ -187,7 +188,8 @@ last step, zero before the first. The same bits as the sides with their
 simulated hardware and two channels.
 @param joint  as for MakeSensorReactionBlock().
 @param q_start  as for MakeRobotSideBlock(). */
-BlockPtr MakeTeleopLoopBlock(const TeleopLoopParams& params, int joint,
+BlockPtr MakeTeleopLoopBlock(const TeleopLoopParams<SerialArm<7>>& params,
+                             int joint,
                              const std::optional<Vector7>& q_start = {});
 
 }  // namespace dual_proxy

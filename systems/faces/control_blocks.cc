@@ -14,7 +14,7 @@ constexpr PortText kRobotState{"robot_state", "[q; v], rad, rad/s"};
 
 class ArmKinematicsBlock final : public BlockOf<Nothing, Nothing> {
  public:
-  explicit ArmKinematicsBlock(const ArmModelParams& arm)
+  explicit ArmKinematicsBlock(const ArmModelParams<7>& arm)
       : BlockOf("ArmKinematics", {}), arm_(arm) {
     set_start(Nothing{});
   }
@@ -36,9 +36,9 @@ class ArmKinematicsBlock final : public BlockOf<Nothing, Nothing> {
     Vector14 x = Vector14::Zero();
     inputs->GetVector(kRobotState, &x, Need::kRequired);
     Kinematics result;
-    ModelTerms terms;
+    ModelTerms<7> terms;
     arm_.Calc(x.head<7>(), x.tail<7>(), &result.X_BE, &terms);
-    result.v_BE = CalcTwist(terms.J_BE, x.tail<7>());
+    result.v_BE = CalcTwist<7>(terms, x.tail<7>());
     return result;
   }
 
@@ -53,24 +53,25 @@ class ArmKinematicsBlock final : public BlockOf<Nothing, Nothing> {
         direct);
   }
 
-  ArmModel arm_;
+  ArmModel<7> arm_;
 };
 
 struct ControllerInput {
   Vector14 x{Vector14::Zero()};
-  OperationalSpaceControllerInput rest;
+  OperationalSpaceControllerInput<7> rest;
 };
 
 struct ControllerMemory {
-  OperationalSpaceControllerState state;
-  OperationalSpaceControllerOutput output;
+  OperationalSpaceControllerState<7> state;
+  OperationalSpaceControllerOutput<7> output;
 };
 
 class OperationalSpaceControllerBlock final
     : public BlockOf<ControllerInput, ControllerMemory> {
  public:
   OperationalSpaceControllerBlock(
-      const OperationalSpaceControllerParams& params, const ArmModelParams& arm)
+      const OperationalSpaceControllerParams<7>& params,
+      const ArmModelParams<7>& arm)
       : BlockOf("OperationalSpaceController",
                 {.period = params.period, .feedthrough = true}),
         controller_(params),
@@ -80,7 +81,7 @@ class OperationalSpaceControllerBlock final
 
  private:
   void ReadInputs(InputPorts* ports, ControllerInput* input) const override {
-    OperationalSpaceControllerInput& in = input->rest;
+    OperationalSpaceControllerInput<7>& in = input->rest;
     ports->GetVector(kRobotState, &input->x, Need::kRequired);
     ports->GetVector({"motion_error", "dx_m, m"}, &in.motion_error);
     ports->GetVector({"rotation_error", "dphi_m, rad"}, &in.rotation_error);
@@ -103,7 +104,7 @@ class OperationalSpaceControllerBlock final
 
   void Update(double, const ControllerInput& input,
               ControllerMemory* memory) const override {
-    OperationalSpaceControllerInput in = input.rest;
+    OperationalSpaceControllerInput<7> in = input.rest;
     in.q = input.x.head<7>();
     in.v = input.x.tail<7>();
     Pose X_BE;
@@ -113,7 +114,7 @@ class OperationalSpaceControllerBlock final
 
   void WriteOutputs(double, const ControllerMemory& memory, InputPorts*,
                     OutputPorts* ports) const override {
-    const OperationalSpaceControllerOutput& output = memory.output;
+    const OperationalSpaceControllerOutput<7>& output = memory.output;
     ports->PutVector({"torque", "N m, with gravity compensation"},
                      output.torque);
     ports->PutVector(
@@ -126,8 +127,8 @@ class OperationalSpaceControllerBlock final
                      output.injected_damping);
   }
 
-  OperationalSpaceController controller_;
-  ArmModel arm_;
+  OperationalSpaceController<7> controller_;
+  ArmModel<7> arm_;
 };
 
 struct HapticControllerInput {
@@ -181,12 +182,13 @@ class HapticControllerBlock final
 
 }  // namespace
 
-BlockPtr MakeArmKinematicsBlock(const ArmModelParams& arm) {
+BlockPtr MakeArmKinematicsBlock(const ArmModelParams<7>& arm) {
   return std::make_shared<ArmKinematicsBlock>(arm);
 }
 
 BlockPtr MakeOperationalSpaceControllerBlock(
-    const OperationalSpaceControllerParams& params, const ArmModelParams& arm) {
+    const OperationalSpaceControllerParams<7>& params,
+    const ArmModelParams<7>& arm) {
   return std::make_shared<OperationalSpaceControllerBlock>(params, arm);
 }
 

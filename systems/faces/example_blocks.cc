@@ -4,7 +4,7 @@
 namespace dual_proxy {
 
 std::vector<BlockPtr> MakeExampleBlocks() {
-  ArmModelParams arm;
+  ArmModelParams<7> arm;
   arm.mass.setOnes();
   arm.p_PJ.row(2).setConstant(0.2);
   for (int i = 0; i < 7; ++i) {
@@ -12,13 +12,13 @@ std::vector<BlockPtr> MakeExampleBlocks() {
     arm.R_PJ[i] << 1, 0, 0, 0, 0, -1, 0, 1, 0;
   }
   for (Eigen::Matrix3d& inertia : arm.inertia) inertia.setIdentity();
-  RobotSideParams robot;
+  RobotSideParams<SerialArm<7>> robot;
   robot.perception.angular_filter.enabled = true;
   const OperatorPathParams path{.times = Eigen::VectorXd::Zero(1),
                                 .points = Eigen::Matrix3Xd::Zero(3, 1)};
-  TeleopLoopParams loop;
+  TeleopLoopParams<SerialArm<7>> loop;
   loop.robot = robot;
-  loop.arm = arm;
+  loop.model = arm;
   loop.path = path;
   return {MakeRobotSideProxyBlock(),
           MakeHapticSideProxyBlock(),

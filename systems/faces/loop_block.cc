@@ -8,13 +8,14 @@ namespace dual_proxy {
 namespace {
 
 struct LoopMemory {
-  TeleopLoopState loop;
+  TeleopLoopState<SerialArm<7>> loop;
   Vector7 torque{Vector7::Zero()};  // N m, of the last step.
 };
 
-class TeleopLoopBlock final : public BlockOf<TeleopLoopInput, LoopMemory> {
+class TeleopLoopBlock final
+    : public BlockOf<TeleopLoopInput<SerialArm<7>>, LoopMemory> {
  public:
-  TeleopLoopBlock(const TeleopLoopParams& params, int joint,
+  TeleopLoopBlock(const TeleopLoopParams<SerialArm<7>>& params, int joint,
                   const std::optional<Vector7>& q_start)
       : BlockOf("TeleopLoop", {.period = params.robot.controller.period}),
         loop_(params),
@@ -32,7 +33,8 @@ class TeleopLoopBlock final : public BlockOf<TeleopLoopInput, LoopMemory> {
   }
 
  private:
-  void ReadInputs(InputPorts* ports, TeleopLoopInput* input) const override {
+  void ReadInputs(InputPorts* ports,
+                  TeleopLoopInput<SerialArm<7>>* input) const override {
     Eigen::Matrix<double, 14, 1> x = Eigen::Matrix<double, 14, 1>::Zero();
     ports->GetVector({"robot_state", "[q; v], rad, rad/s"}, &x,
                      Need::kRequired);
@@ -42,15 +44,15 @@ class TeleopLoopBlock final : public BlockOf<TeleopLoopInput, LoopMemory> {
                                              joint_, &input->reaction);
   }
 
-  void Update(double time, const TeleopLoopInput& input,
+  void Update(double time, const TeleopLoopInput<SerialArm<7>>& input,
               LoopMemory* memory) const override {
     loop_.Update(time, input, &memory->loop);
-    memory->torque = memory->loop.torque();
+    memory->torque = memory->loop.command();
   }
 
   void WriteOutputs(double, const LoopMemory& memory, InputPorts*,
                     OutputPorts* ports) const override {
-    const TeleopLoopState& loop = memory.loop;
+    const TeleopLoopState<SerialArm<7>>& loop = memory.loop;
     ports->PutVector({"torque", "N m, with gravity compensation"},
                      memory.torque);
     ports->PutVector({"signals", "all results, see `layout`"},
@@ -70,14 +72,14 @@ class TeleopLoopBlock final : public BlockOf<TeleopLoopInput, LoopMemory> {
     WriteFoundMoments(loop.robot.perception, ports);
   }
 
-  TeleopLoop loop_;
+  TeleopLoop<SerialArm<7>> loop_;
   int joint_;
 };
 
 }  // namespace
 
-BlockPtr MakeTeleopLoopBlock(const TeleopLoopParams& params, int joint,
-                             const std::optional<Vector7>& q_start) {
+BlockPtr MakeTeleopLoopBlock(const TeleopLoopParams<SerialArm<7>>& params,
+                             int joint, const std::optional<Vector7>& q_start) {
   return std::make_shared<TeleopLoopBlock>(params, joint, q_start);
 }
 

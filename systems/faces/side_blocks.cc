@@ -21,7 +21,7 @@ void CheckPeriod(const char* who, const char* field, double period,
 }
 
 struct RobotBlockInput {
-  RobotSideInput side;
+  RobotSideInput<SerialArm<7>> side;
   Vector14 x{Vector14::Zero()};
   // Of a simulated sensor.
   Vector6 reaction{Vector6::Zero()};
@@ -30,7 +30,7 @@ struct RobotBlockInput {
 };
 
 struct RobotBlockMemory {
-  RobotSideState side;
+  RobotSideState<SerialArm<7>> side;
   ForceTorqueSensorState sensor;
   Vector7 torque{Vector7::Zero()};  // N m, of the last step.
   bool stepped{false};
@@ -38,7 +38,8 @@ struct RobotBlockMemory {
 
 class RobotSideBlock final : public BlockOf<RobotBlockInput, RobotBlockMemory> {
  public:
-  RobotSideBlock(const RobotSideParams& params, const ArmModelParams& arm,
+  RobotSideBlock(const RobotSideParams<SerialArm<7>>& params,
+                 const ArmModelParams<7>& arm,
                  const std::optional<Vector7>& q_start,
                  const std::optional<RobotSideSensor>& sensor,
                  const RobotSideSeeds& seeds)
@@ -50,7 +51,7 @@ class RobotSideBlock final : public BlockOf<RobotBlockInput, RobotBlockMemory> {
     if (q_start) {
       ThrowUnlessIn("RobotSide", "q_start", *q_start, Finite());
       Pose X_BE;
-      ModelTerms terms;
+      ModelTerms<7> terms;
       arm_.Calc(*q_start, Vector7::Zero(), &X_BE, &terms);
       start.torque = -terms.gravity;
     }
@@ -71,7 +72,7 @@ class RobotSideBlock final : public BlockOf<RobotBlockInput, RobotBlockMemory> {
 
  private:
   void ReadInputs(InputPorts* ports, RobotBlockInput* input) const override {
-    RobotSideInput& side = input->side;
+    RobotSideInput<SerialArm<7>>& side = input->side;
     ports->GetMessage({"haptic_message", "without it the robot waits"},
                       ToRobotTag(side_.params().scheme), &side.message);
     ports->GetVector(kRobotState, &input->x, Need::kRequired);
@@ -113,7 +114,7 @@ class RobotSideBlock final : public BlockOf<RobotBlockInput, RobotBlockMemory> {
 
   void Update(double time, const RobotBlockInput& input,
               RobotBlockMemory* memory) const override {
-    RobotSideInput side = input.side;
+    RobotSideInput<SerialArm<7>> side = input.side;
     side.q = input.x.head<7>();
     side.v = input.x.tail<7>();
     arm_.Calc(side.q, side.v, &side.X_BE, &side.model);
@@ -151,7 +152,7 @@ class RobotSideBlock final : public BlockOf<RobotBlockInput, RobotBlockMemory> {
                      Vector14 x = Vector14::Zero();
                      inputs->GetVector(kRobotState, &x, Need::kRequired);
                      Pose X_BE;
-                     ModelTerms terms;
+                     ModelTerms<7> terms;
                      arm_.Calc(x.head<7>(), x.tail<7>(), &X_BE, &terms);
                      return X_BE;
                    },
@@ -194,8 +195,8 @@ class RobotSideBlock final : public BlockOf<RobotBlockInput, RobotBlockMemory> {
     WriteFoundMoments(memory.side.perception, ports);
   }
 
-  RobotSide side_;
-  ArmModel arm_;
+  RobotSide<SerialArm<7>> side_;
+  ArmModel<7> arm_;
   std::optional<ForceTorqueSensor> sensor_;
   Eigen::Vector3d p_SE_{Eigen::Vector3d::Zero()};
 };
@@ -298,8 +299,8 @@ class HapticSideBlock final
 
 }  // namespace
 
-BlockPtr MakeRobotSideBlock(const RobotSideParams& params,
-                            const ArmModelParams& arm,
+BlockPtr MakeRobotSideBlock(const RobotSideParams<SerialArm<7>>& params,
+                            const ArmModelParams<7>& arm,
                             const std::optional<Vector7>& q_start,
                             const std::optional<RobotSideSensor>& sensor,
                             const RobotSideSeeds& seeds) {

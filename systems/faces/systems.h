@@ -59,14 +59,15 @@ class WindowMeanSystem final : public BlockSystem {
 
 class ArmKinematicsSystem final : public BlockSystem {
  public:
-  explicit ArmKinematicsSystem(const ArmModelParams& arm)
+  explicit ArmKinematicsSystem(const ArmModelParams<7>& arm)
       : BlockSystem(MakeArmKinematicsBlock(arm)) {}
 };
 
 class OperationalSpaceControllerSystem final : public BlockSystem {
  public:
   explicit OperationalSpaceControllerSystem(
-      const OperationalSpaceControllerParams& params, const ArmModelParams& arm)
+      const OperationalSpaceControllerParams<7>& params,
+      const ArmModelParams<7>& arm)
       : BlockSystem(MakeOperationalSpaceControllerBlock(params, arm)) {}
 };
 
@@ -101,8 +102,8 @@ class SensorReactionSystem final : public BlockSystem {
 
 class RobotSideSystem final : public BlockSystem {
  public:
-  explicit RobotSideSystem(const RobotSideParams& params,
-                           const ArmModelParams& arm,
+  explicit RobotSideSystem(const RobotSideParams<SerialArm<7>>& params,
+                           const ArmModelParams<7>& arm,
                            const std::optional<Vector7>& q_start = {},
                            const std::optional<RobotSideSensor>& sensor = {},
                            const RobotSideSeeds& seeds = {})
@@ -118,7 +119,8 @@ class HapticSideSystem final : public BlockSystem {
 
 class TeleopLoopSystem final : public BlockSystem {
  public:
-  explicit TeleopLoopSystem(const TeleopLoopParams& params, int joint,
+  explicit TeleopLoopSystem(const TeleopLoopParams<SerialArm<7>>& params,
+                            int joint,
                             const std::optional<Vector7>& q_start = {})
       : BlockSystem(MakeTeleopLoopBlock(params, joint, q_start)) {}
 };

@@ -55,6 +55,7 @@ bool IsFinite(const Message& message) noexcept {
 }
 
 bool IsSelection(const Eigen::Matrix3d& Omega) noexcept {
+  if (Omega.isZero(0)) return true;
   if (!Omega.allFinite()) return false;
   const double asymmetry = (Omega - Omega.transpose()).cwiseAbs().maxCoeff();
   const double defect = (Omega * Omega - Omega).cwiseAbs().maxCoeff();

@@ -103,11 +103,13 @@ Content FromMessage(const Message& message,
   content.sequence = message.sequence;
   content.send_time = message.send_time;
   if (message.sequence == -1) return content;
-  std::array<double, Message::kMaxSize> body = message.body;
-  if (message.tag != tag || message.size != Content::kSize) {
+  if (message.tag == tag && message.size == Content::kSize) {
+    content.ReadBody(message.body.data());
+  } else {
+    std::array<double, Content::kSize> body;
     body.fill(std::numeric_limits<double>::quiet_NaN());
+    content.ReadBody(body.data());
   }
-  content.ReadBody(body.data());
   return content;
 }
 

@@ -8,12 +8,13 @@
 
 namespace dual_proxy {
 
-void TeleopLoopParams::Validate() const {
+template <typename Robot>
+void TeleopLoopParams<Robot>::Validate() const {
   const char* who = "TeleopLoopParams";
   robot.Validate();
   haptic.Validate();
   channel.Validate();
-  arm.Validate();
+  model.Validate();
   sensor.Validate();
   device.Validate();
   path.Validate();
@@ -33,12 +34,13 @@ void TeleopLoopParams::Validate() const {
   }
 }
 
-TeleopLoop::TeleopLoop(Params params)
+template <typename Robot>
+TeleopLoop<Robot>::TeleopLoop(Params params)
     : params_((params.Validate(), std::move(params))),
       robot_(params_.robot),
-      haptic_(params_.haptic),
+      haptic_(params_.haptic, Robot::kRotates),
       channel_(params_.channel),
-      arm_(params_.arm),
+      model_(params_.model),
       sensor_(params_.sensor),
       device_(params_.device),
       path_(params_.path) {
@@ -46,14 +48,19 @@ TeleopLoop::TeleopLoop(Params params)
       MakeLayout([this](SignalSink* sink) { VisitSignals(MakeState(), sink); });
 }
 
-Vector7 TeleopLoop::CalcHoldingTorque(const Vector7& q) const {
+template <typename Robot>
+auto TeleopLoop<Robot>::CalcHoldingTorque(const Coordinates& q) const
+    -> Coordinates
+  requires Robot::kRotates
+{
   Pose X_BE;
-  ModelTerms terms;
-  arm_.Calc(q, Vector7::Zero(), &X_BE, &terms);
+  typename Robot::Model::Terms terms;
+  model_.Calc(q, Coordinates::Zero(), &X_BE, &terms);
   return -terms.gravity;
 }
 
-TeleopLoopState TeleopLoop::MakeState() const {
+template <typename Robot>
+TeleopLoopState<Robot> TeleopLoop<Robot>::MakeState() const {
   const TeleopLoopSeeds& seeds = params_.seeds;
   return {.robot = robot_.MakeState(seeds.filter, seeds.angular_filter),
           .haptic = haptic_.MakeState(),
@@ -63,24 +70,26 @@ TeleopLoopState TeleopLoop::MakeState() const {
           .to_device = channel_.MakeState(seeds.to_device)};
 }
 
-void TeleopLoop::Update(double time, const TeleopLoopInput& input,
-                        State* state) const noexcept {
+template <typename Robot>
+void TeleopLoop<Robot>::Update(double time, const Input& input,
+                               State* state) const noexcept {
   UpdateRobotSide(time, input, state);
   UpdateHapticSide(time, state);
   UpdateLink(time, state);
   state->stepped = true;
 }
 
-void TeleopLoop::UpdateRobotSide(double time, const TeleopLoopInput& input,
-                                 State* state) const noexcept {
+template <typename Robot>
+void TeleopLoop<Robot>::UpdateRobotSide(double time, const Input& input,
+                                        State* state) const noexcept {
   const ForceTorqueAdapterState& sensor = state->sensor.adapter;
-  RobotSideInput side;
+  RobotSideInput<Robot> side;
   side.message = channel_.Receive(time, state->to_robot);
   side.q = input.q;
   side.v = input.v;
   side.sensed_wrench = sensor.wrench;
   side.sensor_ready = sensor.ready;
-  arm_.Calc(input.q, input.v, &side.X_BE, &side.model);
+  model_.Calc(input.q, input.v, &side.X_BE, &side.model);
   robot_.Update(time, side, &state->robot);
   if (!input.has_reaction) return;
   sensor_.Update({.measured = input.reaction,
@@ -90,7 +99,9 @@ void TeleopLoop::UpdateRobotSide(double time, const TeleopLoopInput& input,
                  &state->sensor);
 }
 
-void TeleopLoop::UpdateHapticSide(double time, State* state) const noexcept {
+template <typename Robot>
+void TeleopLoop<Robot>::UpdateHapticSide(double time,
+                                         State* state) const noexcept {
   const Vector6 told = state->haptic.output.device_wrench;
   haptic_.Update(time,
                  {.message = channel_.Receive(time, state->to_device),
@@ -102,7 +113,8 @@ void TeleopLoop::UpdateHapticSide(double time, State* state) const noexcept {
                  intended.velocity, told, &state->device);
 }
 
-void TeleopLoop::UpdateLink(double time, State* state) const noexcept {
+template <typename Robot>
+void TeleopLoop<Robot>::UpdateLink(double time, State* state) const noexcept {
   // The looks until the next period begins.
   const double interval = 1 / params_.robot.sender.rate;
   for (;;) {
@@ -115,7 +127,9 @@ void TeleopLoop::UpdateLink(double time, State* state) const noexcept {
   }
 }
 
-void TeleopLoop::VisitSignals(const State& state, SignalSink* sink) const {
+template <typename Robot>
+void TeleopLoop<Robot>::VisitSignals(const State& state,
+                                     SignalSink* sink) const {
   haptic_.VisitSignals(state.haptic, sink);
   VisitDevice(state.device, sink);
   robot_.VisitSignals(state.robot, sink);
@@ -124,8 +138,9 @@ void TeleopLoop::VisitSignals(const State& state, SignalSink* sink) const {
   VisitChannel(Direction::kToDevice, state.to_device, sink);
 }
 
-void TeleopLoop::WriteSignals(const State& state,
-                              Eigen::Ref<Eigen::VectorXd> vector) const {
+template <typename Robot>
+void TeleopLoop<Robot>::WriteSignals(const State& state,
+                                     Eigen::Ref<Eigen::VectorXd> vector) const {
   if (!state.stepped) {
     vector.setZero();
     return;
@@ -133,5 +148,12 @@ void TeleopLoop::WriteSignals(const State& state,
   SignalSink sink(&vector);
   VisitSignals(state, &sink);
 }
+
+template struct TeleopLoopParams<SerialArm<6>>;
+template struct TeleopLoopParams<SerialArm<7>>;
+template struct TeleopLoopParams<PointMass>;
+template class TeleopLoop<SerialArm<6>>;
+template class TeleopLoop<SerialArm<7>>;
+template class TeleopLoop<PointMass>;
 
 }  // namespace dual_proxy

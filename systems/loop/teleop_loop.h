@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "dual_proxy/control/arm_model.h"
+#include "dual_proxy/control/robot.h"
 #include "dual_proxy/link/communication_channel.h"
 #include "dual_proxy/sides/haptic_side.h"
 #include "dual_proxy/sides/robot_side.h"
@@ -26,11 +26,12 @@ struct TeleopLoopSeeds {
 };
 
 /** Parameters of TeleopLoop. All control periods must be the same. */
+template <typename Robot>
 struct TeleopLoopParams {
-  RobotSideParams robot;
+  RobotSideParams<Robot> robot;
   HapticSideParams haptic;
-  CommunicationChannelParams channel;  ///< Both ways alike.
-  ArmModelParams arm;                  ///< The controller's model.
+  CommunicationChannelParams channel;   ///< Both ways alike.
+  typename Robot::Model::Params model;  ///< The controller's.
   ForceTorqueSensorParams sensor;
   /** m, in the sensor's frame S: from its origin to the tool point E. */
   Eigen::Vector3d p_SE{Eigen::Vector3d::Zero()};
@@ -43,9 +44,12 @@ struct TeleopLoopParams {
 };
 
 /** What the robot, real or simulated, gives to a period. */
+template <typename Robot>
 struct TeleopLoopInput {
-  Vector7 q{Vector7::Zero()};  ///< rad.
-  Vector7 v{Vector7::Zero()};  ///< rad/s.
+  using Coordinates = Eigen::Matrix<double, Robot::kCoordinates, 1>;
+
+  Coordinates q{Coordinates::Zero()};  ///< rad; of a point m, in B.
+  Coordinates v{Coordinates::Zero()};  ///< Their rates.
   /** [force; moment about S], N, N m, in S: of the arm on the tool. */
   Vector6 reaction{Vector6::Zero()};
   /** Whether there is one; a plant has none before its first step. */
@@ -53,8 +57,9 @@ struct TeleopLoopInput {
 };
 
 /** Memory of TeleopLoop, and the results of the last period. */
+template <typename Robot>
 struct TeleopLoopState {
-  RobotSideState robot;
+  RobotSideState<Robot> robot;
   HapticSideState haptic;
   ForceTorqueSensorState sensor;
   SimulatedHapticDeviceState device;
@@ -63,12 +68,15 @@ struct TeleopLoopState {
   std::int64_t next_look{0};  ///< Of the channels, in messages from time 0.
   bool stepped{false};        ///< Whether there was a period.
 
-  /** N m: for the robot, over the period that has begun. */
-  const Vector7& torque() const { return robot.output.controller.torque; }
+  /** For the robot, over the period that has begun: torques, N m, or the force
+  on a point, N, in B. */
+  const auto& command() const {
+    return Robot::GetCommand(robot.output.controller);
+  }
 };
 
 /** Everything that happens in a control period, in one place and without Drake:
-a host gives the robot's state and takes the torque.
+a host gives the robot's state and takes the command.
 
 In the period at time t everything acts on what was there before t: the robot
 side on the newest message and the robot's state, the haptic side on the newest
@@ -77,10 +85,13 @@ before; the sensor reads; then the link takes what was sent. So the order of the
 sides makes no difference, and both may as well be separate processes.
 
 Update() neither allocates nor throws. */
+template <typename Robot>
 class TeleopLoop {
  public:
-  using Params = TeleopLoopParams;
-  using State = TeleopLoopState;
+  using Params = TeleopLoopParams<Robot>;
+  using Input = TeleopLoopInput<Robot>;
+  using State = TeleopLoopState<Robot>;
+  using Coordinates = typename Input::Coordinates;
 
   /** @throws std::invalid_argument if params are not valid. */
   explicit TeleopLoop(Params params);
@@ -91,15 +102,15 @@ class TeleopLoop {
   double period() const { return params_.robot.controller.period; }
 
   /** N m: what holds the arm at rest at `q` until the first period. */
-  Vector7 CalcHoldingTorque(const Vector7& q) const;
+  Coordinates CalcHoldingTorque(const Coordinates& q) const
+    requires Robot::kRotates;
 
   /** Allocates all that it will ever use. */
   State MakeState() const;
 
   /** Advances by one period.
   @param time s: period() times the number of periods so far. */
-  void Update(double time, const TeleopLoopInput& input,
-              State* state) const noexcept;
+  void Update(double time, const Input& input, State* state) const noexcept;
 
   /** Names and meanings of the signals that WriteSignals() writes. */
   const std::vector<SignalSlice>& layout() const { return layout_; }
@@ -110,17 +121,17 @@ class TeleopLoop {
                     Eigen::Ref<Eigen::VectorXd> vector) const;
 
  private:
-  void UpdateRobotSide(double time, const TeleopLoopInput& input,
+  void UpdateRobotSide(double time, const Input& input,
                        State* state) const noexcept;
   void UpdateHapticSide(double time, State* state) const noexcept;
   void UpdateLink(double time, State* state) const noexcept;
   void VisitSignals(const State& state, SignalSink* sink) const;
 
   Params params_;
-  RobotSide robot_;
+  RobotSide<Robot> robot_;
   HapticSide haptic_;
   CommunicationChannel channel_;
-  ArmModel arm_;
+  typename Robot::Model model_;
   ForceTorqueSensor sensor_;
   SimulatedHapticDevice device_;
   OperatorPath path_;

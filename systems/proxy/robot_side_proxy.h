@@ -77,7 +77,7 @@ struct RobotSideProxyParams {
     a->Visit(Field("max_motion_error", &max_motion_error, AtLeast(0), "m",
                    "bound on |dx_m|, 0 is none"));
     a->Visit(Field("max_distance", &max_distance,
-                   Between(Open(0), ArmLimits{}.proxy_distance), "m",
+                   Between(Open(0), kMaxProxyDistance), "m",
                    "how far proxy and robot may part"));
     a->Visit(Field("catch_up_share", &catch_up_share, Between(Open(0), 1), "",
                    "share of the limiter's accelerations until the proxy has "

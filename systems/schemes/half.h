@@ -7,7 +7,6 @@
 
 #include "dual_proxy/common/pose.h"
 #include "dual_proxy/control/model_terms.h"
-#include "dual_proxy/control/operational_space_controller.h"
 #include "dual_proxy/link/link_monitor.h"
 #include "dual_proxy/link/message.h"
 #include "dual_proxy/link/pose_sender.h"

@@ -68,9 +68,9 @@ class AnyHalf {
 
 /** What is made of a list of schemes. Each has a name `kName`, whether it
 `kUsesSelections`, the tags of what it sends kToRobot and kToDevice, the types
-Params, RobotHalf and HapticHalf, and ApplyPresets(RobotSideProxyParams*,
-OperationalSpaceControllerParams*), which sets what it wants to be otherwise
-than the scenario's defaults. */
+Params, RobotHalf and HapticHalf, and a template ApplyPresets(
+RobotSideProxyParams*, ControllerParams*), which sets what it wants to be
+otherwise than the scenario's defaults, whatever robot's controller it is. */
 template <typename... S>
 struct SchemeList {
   static constexpr int kSize = sizeof...(S);

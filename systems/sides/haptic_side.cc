@@ -31,10 +31,11 @@ void HapticSideParams::Validate() const {
   }
 }
 
-HapticSide::HapticSide(HapticSideParams params)
+HapticSide::HapticSide(HapticSideParams params, bool rotations)
     : params_(std::move(params)),
       half_(MakeHalf(params_)),
-      controller_(params_.controller) {
+      controller_(params_.controller),
+      rotations_(rotations) {
   layout_ =
       MakeLayout([this](SignalSink* sink) { VisitSignals(MakeState(), sink); });
 }
@@ -76,23 +77,36 @@ void HapticSide::VisitSignals(const HapticSideState& state,
   const HapticSetpoint& setpoint = half.setpoint;
   sink->Vector({"device_position", "m", "D", "x_h, of the handle, from home"},
                output.X_DH.p);
-  sink->Rotation({"device_orientation", "", "D", "R_h as a quaternion"},
-                 output.X_DH.R);
+  if (rotations_) {
+    sink->Rotation({"device_orientation", "", "D", "R_h as a quaternion"},
+                   output.X_DH.R);
+  }
   sink->Vector({"device_velocity", "m/s", "D", "v_h, of the handle"},
                output.device_velocity.head<3>());
-  sink->Vector({"device_angular_velocity", "rad/s", "D", "w_h, of the handle"},
-               output.device_velocity.tail<3>());
+  if (rotations_) {
+    sink->Vector(
+        {"device_angular_velocity", "rad/s", "D", "w_h, of the handle"},
+        output.device_velocity.tail<3>());
+  }
   sink->Vector({"haptic_proxy_position", "m", "D", "x_ph"}, half.proxy_pose.p);
-  sink->Rotation({"haptic_proxy_orientation", "", "D", "R_ph as a quaternion"},
-                 half.proxy_pose.R);
+  if (rotations_) {
+    sink->Rotation(
+        {"haptic_proxy_orientation", "", "D", "R_ph as a quaternion"},
+        half.proxy_pose.R);
+  }
   sink->Vector({"haptic_reference_force", "N", "D", "F_h, on the hand"},
                setpoint.reference_force);
-  sink->Vector({"haptic_reference_moment", "N m", "D", "M_h, on the hand"},
-               setpoint.reference_moment);
+  if (rotations_) {
+    sink->Vector({"haptic_reference_moment", "N m", "D", "M_h, on the hand"},
+                 setpoint.reference_moment);
+  }
   sink->Vector({"device_force", "N", "D", "sent to the device, on the hand"},
                output.device_wrench.head<3>());
-  sink->Vector({"device_moment", "N m", "D", "sent to the device, on the hand"},
-               output.device_wrench.tail<3>());
+  if (rotations_) {
+    sink->Vector(
+        {"device_moment", "N m", "D", "sent to the device, on the hand"},
+        output.device_wrench.tail<3>());
+  }
   sink->Matrix({"haptic_force_selection", "", "D", "Omega_fh, row by row"},
                setpoint.force_selection);
   sink->Integer({"haptic_link_status", "", "",

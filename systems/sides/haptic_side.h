@@ -73,8 +73,9 @@ the device's controller, in this order. It owns no logic but the order.
 Update() neither allocates nor throws. */
 class HapticSide {
  public:
-  /** @throws std::invalid_argument if params are not valid. */
-  explicit HapticSide(HapticSideParams params = {});
+  /** @param rotations  whether its signals tell of orientations and moments.
+  @throws std::invalid_argument if params are not valid. */
+  explicit HapticSide(HapticSideParams params = {}, bool rotations = true);
 
   const HapticSideParams& params() const { return params_; }
 
@@ -95,6 +96,7 @@ class HapticSide {
   HapticSideParams params_;
   HapticHalf half_;
   HapticController controller_;
+  bool rotations_;
   std::vector<SignalSlice> layout_;
 };
 

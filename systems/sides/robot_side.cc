@@ -9,16 +9,101 @@ namespace dual_proxy {
 
 namespace {
 
-RobotHalf MakeHalf(const RobotSideParams& params) {
+template <typename Robot>
+RobotHalf MakeHalf(const RobotSideParams<Robot>& params) {
   params.Validate();
   return Schemes::MakeRobotHalf(
       static_cast<int>(params.scheme),
       {.proxy = params.proxy, .sender = params.sender}, params.schemes);
 }
 
+template <int kJoints>
+OperationalSpaceControllerInput<kJoints> MakeControllerInput(
+    const RobotSideInput<SerialArm<kJoints>>& input,
+    const RobotSetpoint& setpoint) {
+  return {.model = input.model,
+          .q = input.q,
+          .v = input.v,
+          .motion_error = setpoint.motion_error,
+          .rotation_error = setpoint.rotation_error,
+          .proxy_velocity = setpoint.velocity,
+          .proxy_acceleration = setpoint.acceleration,
+          .reference_force = setpoint.reference_force,
+          .reference_moment = setpoint.reference_moment,
+          .force_selection = setpoint.force_selection,
+          .moment_selection = setpoint.moment_selection,
+          .force_feedback = setpoint.force_feedback,
+          .sensed_wrench = input.sensed_wrench,
+          .sensor_ready = input.sensor_ready};
+}
+
+PointControllerInput MakeControllerInput(const RobotSideInput<PointMass>& input,
+                                         const RobotSetpoint& setpoint) {
+  return {.model = input.model,
+          .v = input.v,
+          .motion_error = setpoint.motion_error,
+          .proxy_velocity = setpoint.velocity.head<3>(),
+          .proxy_acceleration = setpoint.acceleration.head<3>(),
+          .reference_force = setpoint.reference_force,
+          .force_selection = setpoint.force_selection,
+          .force_feedback = setpoint.force_feedback,
+          .sensed_force = input.sensed_wrench.head<3>(),
+          .sensor_ready = input.sensor_ready};
+}
+
+// What a filter of forces takes, and what one of moments.
+template <typename Output>
+FilterInput MakeForceSample(const Vector6& sensed, const Vector6& v_BE,
+                            const Output& command) {
+  return {.sensed = sensed.head<3>(),
+          .velocity = v_BE.head<3>(),
+          .motion = command.motion_force,
+          .contact = command.contact_force};
+}
+
+template <int kJoints>
+FilterInput MakeMomentSample(
+    const Vector6& sensed, const Vector6& v_BE,
+    const OperationalSpaceControllerOutput<kJoints>& command) {
+  return {.sensed = sensed.tail<3>(),
+          .velocity = v_BE.tail<3>(),
+          .motion = command.motion_moment,
+          .contact = command.contact_moment};
+}
+
+FilterInput MakeMomentSample(const Vector6& /* sensed */,
+                             const Vector6& /* v_BE */,
+                             const PointControllerOutput& /* command */) {
+  return {};
+}
+
+template <int kJoints>
+void VisitCounters(const OperationalSpaceControllerState<kJoints>& controller,
+                   SignalSink* sink) {
+  sink->Count("robot_singular", "cycles with a bounded apparent mass",
+              controller.singular);
+  sink->Count("torque_limited", "cycles in which a torque was limited",
+              controller.torque_limited);
+  sink->Count("torque_rate_limited",
+              "cycles in which a torque's rate was limited",
+              controller.rate_limited);
+  sink->Count("joint_limited",
+              "cycles in which a joint was kept from its limits",
+              controller.joint_limited);
+}
+
+void VisitCounters(const PointControllerState& controller, SignalSink* sink) {
+  sink->Count("force_limited", "cycles in which the command was limited",
+              controller.force_limited);
+  sink->Count("force_rate_limited",
+              "cycles in which the command's rate was limited",
+              controller.rate_limited);
+}
+
 }  // namespace
 
-void RobotSideParams::Validate() const {
+template <typename Robot>
+void RobotSideParams<Robot>::Validate() const {
   const char* who = "RobotSideParams";
   ValidateFields(who, *this);
   if (controller.period != proxy.period) {
@@ -34,13 +119,18 @@ void RobotSideParams::Validate() const {
                       "at least the control period", perception.filter.period);
   }
   const AngularFilterParams& angular = perception.angular_filter;
+  if (!Robot::kRotates && angular.enabled) {
+    ThrowInvalidField(who, "perception.angular_filter.enabled",
+                      "false: a point does not turn", true);
+  }
   if (angular.enabled && angular.filter.period < proxy.period) {
     ThrowInvalidField(who, "perception.angular_filter.filter.period",
                       "at least the control period", angular.filter.period);
   }
 }
 
-RobotSide::RobotSide(RobotSideParams params)
+template <typename Robot>
+RobotSide<Robot>::RobotSide(Params params)
     : params_(std::move(params)),
       half_(MakeHalf(params_)),
       controller_(params_.controller) {
@@ -49,9 +139,10 @@ RobotSide::RobotSide(RobotSideParams params)
       MakeLayout([this](SignalSink* sink) { VisitSignals(MakeState(), sink); });
 }
 
-RobotSideState RobotSide::MakeState(std::uint64_t seed,
-                                    std::uint64_t angular_seed) const {
-  RobotSideState state;
+template <typename Robot>
+RobotSideState<Robot> RobotSide<Robot>::MakeState(
+    std::uint64_t seed, std::uint64_t angular_seed) const {
+  State state;
   state.half = half_.MakeState();
   state.controller = controller_.MakeState();
   if (perception_) {
@@ -60,11 +151,12 @@ RobotSideState RobotSide::MakeState(std::uint64_t seed,
   return state;
 }
 
-void RobotSide::Update(double time, const RobotSideInput& input,
-                       RobotSideState* state) const noexcept {
-  RobotSideOutput& output = state->output;
+template <typename Robot>
+void RobotSide<Robot>::Update(double time, const Input& input,
+                              State* state) const noexcept {
+  RobotSideOutput<Robot>& output = state->output;
   output.X_BE = input.X_BE;
-  output.v_BE = CalcTwist(input.model.J_BE, input.v);
+  output.v_BE = CalcTwist(input.model, input.v);
   output.q = input.q;
   output.v = input.v;
   output.sensed_wrench = input.sensed_wrench;
@@ -87,22 +179,8 @@ void RobotSide::Update(double time, const RobotSideInput& input,
                 .sensor_ready = input.sensor_ready},
                &state->half);
   const RobotSetpoint& setpoint = state->half.output().setpoint;
-  output.controller =
-      controller_.Update({.model = input.model,
-                          .q = input.q,
-                          .v = input.v,
-                          .motion_error = setpoint.motion_error,
-                          .rotation_error = setpoint.rotation_error,
-                          .proxy_velocity = setpoint.velocity,
-                          .proxy_acceleration = setpoint.acceleration,
-                          .reference_force = setpoint.reference_force,
-                          .reference_moment = setpoint.reference_moment,
-                          .force_selection = setpoint.force_selection,
-                          .moment_selection = setpoint.moment_selection,
-                          .force_feedback = setpoint.force_feedback,
-                          .sensed_wrench = input.sensed_wrench,
-                          .sensor_ready = input.sensor_ready},
-                         &state->controller);
+  output.controller = controller_.Update(MakeControllerInput(input, setpoint),
+                                         &state->controller);
   const bool valid = state->controller.bad_inputs == refused_by_controller;
   if (!valid || state->half.output().bad_inputs != refused_by_half) {
     ++output.bad_inputs;
@@ -111,80 +189,98 @@ void RobotSide::Update(double time, const RobotSideInput& input,
   if (perception_) {
     if (!input.selections) perception_->UpdateFilters(time, &state->perception);
     if (valid) {
-      const OperationalSpaceControllerOutput& command = output.controller;
-      perception_->AddSamples(time,
-                              {.sensed = output.sensed_wrench.head<3>(),
-                               .velocity = output.v_BE.head<3>(),
-                               .motion = command.motion_force,
-                               .contact = command.contact_force},
-                              {.sensed = output.sensed_wrench.tail<3>(),
-                               .velocity = output.v_BE.tail<3>(),
-                               .motion = command.motion_moment,
-                               .contact = command.contact_moment},
-                              &state->perception);
+      perception_->AddSamples(
+          time,
+          MakeForceSample(output.sensed_wrench, output.v_BE, output.controller),
+          MakeMomentSample(output.sensed_wrench, output.v_BE,
+                           output.controller),
+          &state->perception);
     }
   }
 }
 
-void RobotSide::VisitSignals(const RobotSideState& state,
-                             SignalSink* sink) const {
-  const RobotSideOutput& output = state.output;
+template <typename Robot>
+void RobotSide<Robot>::VisitSignals(const State& state,
+                                    SignalSink* sink) const {
+  const RobotSideOutput<Robot>& output = state.output;
   const RobotHalfOutput& half = state.half.output();
   const RobotSetpoint& setpoint = half.setpoint;
-  const OperationalSpaceControllerOutput& controller = output.controller;
+  const typename Robot::Controller::Output& controller = output.controller;
   const bool angular = perception_ && perception_->has_angular_filter();
 
   sink->Vector({"robot_position", "m", "B", "x_r, of the tool point"},
                output.X_BE.p);
   sink->Vector({"robot_velocity", "m/s", "B", "v_BE, of the tool point"},
-               output.v_BE.head<3>());
-  sink->Vector({"robot_angular_velocity", "rad/s", "B", "w_BE, of the tool"},
-               output.v_BE.tail<3>());
-  sink->Rotation({"robot_orientation", "", "B", "R_BE as a quaternion"},
-                 output.X_BE.R);
+               output.v_BE.template head<3>());
+  if constexpr (Robot::kRotates) {
+    sink->Vector({"robot_angular_velocity", "rad/s", "B", "w_BE, of the tool"},
+                 output.v_BE.template tail<3>());
+    sink->Rotation({"robot_orientation", "", "B", "R_BE as a quaternion"},
+                   output.X_BE.R);
+  }
   sink->Vector({"robot_proxy_position", "m", "B", "x_pr, after its limiter"},
                half.proxy_pose.p);
-  sink->Rotation({"robot_proxy_orientation", "", "B", "R_pr as a quaternion"},
-                 half.proxy_pose.R);
+  if constexpr (Robot::kRotates) {
+    sink->Rotation({"robot_proxy_orientation", "", "B", "R_pr as a quaternion"},
+                   half.proxy_pose.R);
+  }
   sink->Vector({"robot_proxy_velocity", "m/s", "B", "of the proxy"},
                setpoint.velocity.head<3>());
   sink->Vector({"motion_error", "m", "B", "dx_m, robot minus proxy"},
                setpoint.motion_error);
-  sink->Vector({"rotation_error", "rad", "B", "dphi_m, robot against proxy"},
-               setpoint.rotation_error);
+  if constexpr (Robot::kRotates) {
+    sink->Vector({"rotation_error", "rad", "B", "dphi_m, robot against proxy"},
+                 setpoint.rotation_error);
+  }
   sink->Vector({"reference_force", "N", "B", "F_r"}, setpoint.reference_force);
-  sink->Vector({"reference_moment", "N m", "B", "M_r"},
-               setpoint.reference_moment);
+  if constexpr (Robot::kRotates) {
+    sink->Vector({"reference_moment", "N m", "B", "M_r"},
+                 setpoint.reference_moment);
+  }
   sink->Vector({"sensed_force", "N", "B", "F_s, on the environment, at E"},
-               output.sensed_wrench.head<3>());
-  sink->Vector(
-      {"sensed_moment", "N m", "B", "M_s, on the environment, about E"},
-      output.sensed_wrench.tail<3>());
+               output.sensed_wrench.template head<3>());
+  if constexpr (Robot::kRotates) {
+    sink->Vector(
+        {"sensed_moment", "N m", "B", "M_s, on the environment, about E"},
+        output.sensed_wrench.template tail<3>());
+  }
   sink->Integer({"sensor_ready", "", "", "whether the sensor's bias is known"},
                 output.sensor_ready);
   sink->Vector({"motion_force", "N", "B", "F_m, command in motion space"},
                controller.motion_force);
-  sink->Vector({"motion_moment", "N m", "B", "M_m, command in motion space"},
-               controller.motion_moment);
+  if constexpr (Robot::kRotates) {
+    sink->Vector({"motion_moment", "N m", "B", "M_m, command in motion space"},
+                 controller.motion_moment);
+  }
   sink->Vector({"force_space_force", "N", "B", "F_f, command in force space"},
                controller.contact_force);
-  sink->Vector(
-      {"moment_space_moment", "N m", "B", "M_f, command in moment space"},
-      controller.contact_moment);
+  if constexpr (Robot::kRotates) {
+    sink->Vector(
+        {"moment_space_moment", "N m", "B", "M_f, command in moment space"},
+        controller.contact_moment);
+  }
   sink->Matrix({"force_selection", "", "B", "Omega_f, row by row"},
                output.selections.force);
-  sink->Joints({"joint_position", "rad", "", "q"}, output.q);
-  sink->Joints({"joint_velocity", "rad/s", "", "dq/dt"}, output.v);
-  sink->Joints({"torque", "N m", "", "commanded"}, controller.torque);
+  if constexpr (Robot::kRotates) {
+    sink->Joints({"joint_position", "rad", "", "q"}, output.q);
+    sink->Joints({"joint_velocity", "rad/s", "", "dq/dt"}, output.v);
+    sink->Joints({"torque", "N m", "", "commanded"}, controller.torque);
+  } else {
+    sink->Vector({"force", "N", "B", "commanded, of all that pushes a point"},
+                 controller.force);
+  }
   sink->Scalar({"observed_energy", "J", "", "of the closed force loop"},
                controller.observed_energy);
   sink->Scalar({"injected_damping", "N s/m", "", "by the passivity controller"},
                controller.injected_damping);
-  sink->Scalar({"observed_moment_energy", "J", "", "of the closed moment loop"},
-               controller.observed_moment_energy);
-  sink->Scalar({"injected_moment_damping", "N m s/rad", "",
-                "by the passivity controller of moments"},
-               controller.injected_moment_damping);
+  if constexpr (Robot::kRotates) {
+    sink->Scalar(
+        {"observed_moment_energy", "J", "", "of the closed moment loop"},
+        controller.observed_moment_energy);
+    sink->Scalar({"injected_moment_damping", "N m s/rad", "",
+                  "by the passivity controller of moments"},
+                 controller.injected_moment_damping);
+  }
   if (perception_) {
     const ForceSpaceParticleFilterState& filter = state.perception.force.filter;
     sink->Integer({"dimension", "", "", "of the force space, by the filter"},
@@ -237,16 +333,14 @@ void RobotSide::VisitSignals(const RobotSideState& state,
               half.limiter_bad_inputs);
   sink->Count("robot_sender_bad_inputs", "samples that the sender refused",
               half.sender_bad_inputs);
-  sink->Count("robot_singular", "cycles with a bounded apparent mass",
-              state.controller.singular);
-  sink->Count("torque_limited", "cycles in which a torque was limited",
-              state.controller.torque_limited);
-  sink->Count("torque_rate_limited",
-              "cycles in which a torque's rate was limited",
-              state.controller.rate_limited);
-  sink->Count("joint_limited",
-              "cycles in which a joint was kept from its limits",
-              state.controller.joint_limited);
+  VisitCounters(state.controller, sink);
 }
+
+template struct RobotSideParams<SerialArm<6>>;
+template struct RobotSideParams<SerialArm<7>>;
+template struct RobotSideParams<PointMass>;
+template class RobotSide<SerialArm<6>>;
+template class RobotSide<SerialArm<7>>;
+template class RobotSide<PointMass>;
 
 }  // namespace dual_proxy

@@ -10,8 +10,7 @@
 #include "dual_proxy/common/pose.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/common/signal_layout.h"
-#include "dual_proxy/control/arm_model.h"
-#include "dual_proxy/control/operational_space_controller.h"
+#include "dual_proxy/control/robot.h"
 #include "dual_proxy/link/message.h"
 #include "dual_proxy/link/pose_sender.h"
 #include "dual_proxy/perception/contact_perception.h"
@@ -22,11 +21,12 @@ namespace dual_proxy {
 
 /** Parameters of RobotSide. All `period` fields of the control must be the
 same. */
+template <typename Robot>
 struct RobotSideParams {
   Scheme scheme{SchemeOf<DualProxyScheme>};
   SchemesParams schemes;
   RobotSideProxyParams proxy;
-  OperationalSpaceControllerParams controller;
+  typename Robot::Controller::Params controller;
   PoseSenderParams sender;
   ContactPerceptionParams perception;
 
@@ -48,12 +48,15 @@ struct RobotSideParams {
 
 /** Inputs of one cycle; vectors in B; every force is what the robot exerts on
 its environment. */
+template <typename Robot>
 struct RobotSideInput {
+  using Coordinates = Eigen::Matrix<double, Robot::kCoordinates, 1>;
+
   Message message;  ///< The newest from the haptic side.
   Pose X_BE;        ///< Pose of the tool point.
-  ModelTerms model;
-  Vector7 q{Vector7::Zero()};  ///< rad.
-  Vector7 v{Vector7::Zero()};  ///< rad/s.
+  typename Robot::Model::Terms model;
+  Coordinates q{Coordinates::Zero()};  ///< rad; of a point m, in B.
+  Coordinates v{Coordinates::Zero()};  ///< Their rates.
   /** The directions of contact, if somebody else knows them: the filters then
   rest. */
   std::optional<ContactSelections> selections;
@@ -65,14 +68,17 @@ struct RobotSideInput {
 };
 
 /** Results of one cycle, and what of the inputs belongs in a log. */
+template <typename Robot>
 struct RobotSideOutput {
-  OperationalSpaceControllerOutput controller;
+  using Coordinates = Eigen::Matrix<double, Robot::kCoordinates, 1>;
+
+  typename Robot::Controller::Output controller;
   ContactSelections selections;  ///< In force in this cycle.
 
   Pose X_BE;
   Vector6 v_BE{Vector6::Zero()};  ///< [linear; angular], m/s, rad/s.
-  Vector7 q{Vector7::Zero()};     ///< rad.
-  Vector7 v{Vector7::Zero()};     ///< rad/s.
+  Coordinates q{Coordinates::Zero()};
+  Coordinates v{Coordinates::Zero()};
   Vector6 sensed_wrench{Vector6::Zero()};
   bool sensor_ready{false};
   /** Cycles that the half or the controller refused so far; a cycle that both
@@ -81,11 +87,12 @@ struct RobotSideOutput {
 };
 
 /** Memory of RobotSide. */
+template <typename Robot>
 struct RobotSideState {
   RobotHalf::State half;
-  OperationalSpaceControllerState controller;
+  typename Robot::Controller::State controller;
   ContactPerceptionState perception;
-  RobotSideOutput output;  ///< Of the last cycle.
+  RobotSideOutput<Robot> output;  ///< Of the last cycle.
 };
 
 /** All of the robot side's work in one control cycle: the scheme's half, the
@@ -96,33 +103,36 @@ Perception runs where the scheme has use for it. A cycle that the controller
 refused adds nothing to what the filters take.
 
 Update() neither allocates nor throws. */
+template <typename Robot>
 class RobotSide {
  public:
-  /** @throws std::invalid_argument if params are not valid. */
-  explicit RobotSide(RobotSideParams params = {});
+  using Params = RobotSideParams<Robot>;
+  using Input = RobotSideInput<Robot>;
+  using State = RobotSideState<Robot>;
 
-  const RobotSideParams& params() const { return params_; }
+  /** @throws std::invalid_argument if params are not valid. */
+  explicit RobotSide(Params params = {});
+
+  const Params& params() const { return params_; }
   bool has_perception() const { return perception_.has_value(); }
 
   /** @param seed, angular_seed  of the filters of forces and of moments. */
-  RobotSideState MakeState(std::uint64_t seed = 0,
-                           std::uint64_t angular_seed = 1) const;
+  State MakeState(std::uint64_t seed = 0, std::uint64_t angular_seed = 1) const;
 
   /** Advances by one period; results are in state->output.
   @param time s, not decreasing: the clock by which messages are stamped. */
-  void Update(double time, const RobotSideInput& input,
-              RobotSideState* state) const noexcept;
+  void Update(double time, const Input& input, State* state) const noexcept;
 
   /** Lists the signals of a state, or writes them. No heap if it writes. */
-  void VisitSignals(const RobotSideState& state, SignalSink* sink) const;
+  void VisitSignals(const State& state, SignalSink* sink) const;
 
   /** Of what VisitSignals() writes. */
   const std::vector<SignalSlice>& layout() const { return layout_; }
 
  private:
-  RobotSideParams params_;
+  Params params_;
   RobotHalf half_;
-  OperationalSpaceController controller_;
+  typename Robot::Controller controller_;
   std::optional<ContactPerception> perception_;
   std::vector<SignalSlice> layout_;
 };

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "dual_proxy/common/serialize.h"
+#include "dual_proxy/control/robot.h"
 #include "dual_proxy/simulation/contact_scene.h"
 
 namespace dual_proxy {
@@ -48,6 +49,7 @@ F_contact being what it exerts on the scene; semi-implicit Euler steps. A
 control force that is not finite is counted and acts as zero. */
 class PointRobot {
  public:
+  using Robot = PointMass;
   using Params = PointRobotParams;
   using State = PointRobotState;
 

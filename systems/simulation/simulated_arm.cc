@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kMaxSteps = 1000;
 
-static_assert(SimulatedArm::kMaxBalls * ContactScene::kMaxSurfaces <=
+static_assert(SimulatedArmParams::kMaxBalls * ContactScene::kMaxSurfaces <=
               kMaxPointContacts);
 
 }  // namespace
@@ -31,7 +31,7 @@ void SimulatedArmParams::Validate() const {
   if (time_step < period / kMaxSteps) {
     ThrowInvalidField(kWho, "time_step", "at least period / 1000", time_step);
   }
-  if (p_EBall.cols() < 1 || p_EBall.cols() > SimulatedArm::kMaxBalls) {
+  if (p_EBall.cols() < 1 || p_EBall.cols() > SimulatedArmParams::kMaxBalls) {
     ThrowInvalidField(kWho, "p_EBall", "1 to 4 columns",
                       static_cast<double>(p_EBall.cols()));
   }
@@ -42,13 +42,15 @@ void SimulatedArmParams::Validate() const {
   ThrowUnlessInertia(kWho, "tool_inertia", tool_inertia);
 }
 
-SimulatedArm::SimulatedArm(const Params& params, const ArmModelParams& arm,
-                           const ContactSceneParams& scene)
+template <int kJoints>
+SimulatedArm<kJoints>::SimulatedArm(const Params& params,
+                                    const ArmModelParams<kJoints>& arm,
+                                    const ContactSceneParams& scene)
     : params_(params), model_(arm), scene_(scene) {
   params_.Validate();
   scene_.Validate();
   ThrowUnlessIn("SimulatedArmParams", "tool_mass", params_.tool_mass,
-                Between(0, arm.mass(6)));
+                Between(0, arm.mass(kJoints - 1)));
   for (const ContactSurfaceParams& surface : scene_.surfaces) {
     surfaces_.emplace_back(surface);
   }
@@ -59,8 +61,9 @@ SimulatedArm::SimulatedArm(const Params& params, const ArmModelParams& arm,
   step_ = params_.period / num_steps_;
 }
 
-SimulatedArmState SimulatedArm::MakeState(const Vector7& q,
-                                          const Vector7& v) const {
+template <int kJoints>
+SimulatedArmState<kJoints> SimulatedArm<kJoints>::MakeState(
+    const Joints& q, const Joints& v) const {
   ThrowUnlessIn("SimulatedArm", "q", q, Finite());
   ThrowUnlessIn("SimulatedArm", "v", v, Finite());
   State state;
@@ -70,23 +73,27 @@ SimulatedArmState SimulatedArm::MakeState(const Vector7& q,
   return state;
 }
 
-void SimulatedArm::Update(const Vector7& torque, State* state) const noexcept {
+template <int kJoints>
+void SimulatedArm<kJoints>::Update(const Joints& torque,
+                                   State* state) const noexcept {
   const bool is_good = torque.allFinite();
   if (!is_good) ++state->bad_inputs;
-  const Vector7 applied = is_good ? torque : Vector7::Zero();
+  const Joints applied = is_good ? torque : Joints::Zero();
   for (int i = 0; i < num_steps_; ++i) Step(applied, state);
 }
 
-void SimulatedArm::CalcKinematics(State* state) const noexcept {
+template <int kJoints>
+void SimulatedArm<kJoints>::CalcKinematics(State* state) const noexcept {
   model_.Calc(state->q, state->v, &state->X_BE, &state->terms);
   state->v_BE = state->terms.J_BE * state->v;
 }
 
-void SimulatedArm::Step(const Vector7& torque, State* state) const noexcept {
-  const ModelTerms& terms = state->terms;
-  const Eigen::LLT<Matrix7> mass(terms.mass);
-  Vector7 v =
-      state->v + step_ * mass.solve(torque + terms.gravity - terms.bias);
+template <int kJoints>
+void SimulatedArm<kJoints>::Step(const Joints& torque,
+                                 State* state) const noexcept {
+  const ModelTerms<kJoints>& terms = state->terms;
+  const Eigen::LLT<JointMatrix<kJoints>> mass(terms.mass);
+  Joints v = state->v + step_ * mass.solve(torque + terms.gravity - terms.bias);
   Vector6 twist = terms.J_BE * v;
 
   Contacts contacts;
@@ -95,7 +102,7 @@ void SimulatedArm::Step(const Vector7& torque, State* state) const noexcept {
   state->truth = {};
   Vector6 wrench = Vector6::Zero();  // Of the tool on its environment, about E.
   if (count > 0) {
-    const Eigen::Matrix<double, 7, 6> half =
+    const Eigen::Matrix<double, kJoints, 6> half =
         mass.matrixL().solve(terms.J_BE.transpose());
     SolveContacts(step_, half.transpose() * half,
                   std::span(contacts.points).first(count), &twist);
@@ -110,7 +117,7 @@ void SimulatedArm::Step(const Vector7& torque, State* state) const noexcept {
     v -= step_ * mass.solve(terms.J_BE.transpose() * wrench);
   }
 
-  const Vector7 acceleration = (v - state->v) / step_;
+  const Joints acceleration = (v - state->v) / step_;
   state->reaction =
       CalcReaction(*state, terms.J_BE * acceleration + terms.Jdot_v, wrench);
   state->v = v;
@@ -118,8 +125,10 @@ void SimulatedArm::Step(const Vector7& torque, State* state) const noexcept {
   CalcKinematics(state);
 }
 
-int SimulatedArm::FindContacts(const State& state, const Vector6& twist,
-                               Contacts* contacts) const noexcept {
+template <int kJoints>
+int SimulatedArm<kJoints>::FindContacts(const State& state,
+                                        const Vector6& twist,
+                                        Contacts* contacts) const noexcept {
   const int num_balls = static_cast<int>(params_.p_EBall.cols());
   int count = 0;
   int pair = 0;
@@ -152,16 +161,17 @@ int SimulatedArm::FindContacts(const State& state, const Vector6& twist,
   return count;
 }
 
-Vector6 SimulatedArm::CalcReaction(const State& state,
-                                   const Vector6& acceleration,
-                                   const Vector6& wrench) const noexcept {
+template <int kJoints>
+Vector6 SimulatedArm<kJoints>::CalcReaction(
+    const State& state, const Vector6& acceleration,
+    const Vector6& wrench) const noexcept {
   // Newton and Euler for the tool.
   const Matrix3d& R_BE = state.X_BE.R;
   const Vector3d p_SE_B = R_BE * params_.p_SE;
   const Vector3d p_SCom_B = R_BE * params_.tool_com;
   const Vector3d p_ECom_B = p_SCom_B - p_SE_B;
   const Matrix3d inertia = R_BE * params_.tool_inertia * R_BE.transpose();
-  const Vector3d omega = state.v_BE.tail<3>();
+  const Vector3d omega = state.v_BE.template tail<3>();
   const Vector3d angular = acceleration.tail<3>();
   const Vector3d com_force =
       params_.tool_mass *
@@ -175,5 +185,8 @@ Vector6 SimulatedArm::CalcReaction(const State& state,
   reaction << R_BE.transpose() * force, R_BE.transpose() * moment;
   return reaction;
 }
+
+template class SimulatedArm<6>;
+template class SimulatedArm<7>;
 
 }  // namespace dual_proxy

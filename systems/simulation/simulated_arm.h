@@ -10,6 +10,7 @@
 #include "dual_proxy/common/pose.h"
 #include "dual_proxy/control/arm_model.h"
 #include "dual_proxy/control/model_terms.h"
+#include "dual_proxy/control/robot.h"
 #include "dual_proxy/simulation/contact_scene.h"
 #include "dual_proxy/simulation/contact_solver.h"
 #include "dual_proxy/simulation/contact_truth.h"
@@ -19,6 +20,8 @@ namespace dual_proxy {
 /** Parameters of SimulatedArm. S is the wrist sensor's frame, whose axes are
 E's. */
 struct SimulatedArmParams {
+  static constexpr int kMaxBalls = 4;
+
   /** s, > 0: control period, over which the torque is held. */
   double period{0.001};
   /** s, > 0, at least period / 1000: longest integration step. A period takes
@@ -43,13 +46,14 @@ struct SimulatedArmParams {
 };
 
 /** Where the arm is and what it touches there. */
+template <int kJoints>
 struct SimulatedArmState {
-  Vector7 q{Vector7::Zero()};  ///< rad.
-  Vector7 v{Vector7::Zero()};  ///< rad/s.
+  JointVector<kJoints> q{JointVector<kJoints>::Zero()};  ///< rad.
+  JointVector<kJoints> v{JointVector<kJoints>::Zero()};  ///< rad/s.
   // At q and v.
   Pose X_BE;                      ///< Of the tool point.
   Vector6 v_BE{Vector6::Zero()};  ///< Twist of it in B.
-  ModelTerms terms;               ///< Of the arm that is simulated.
+  ModelTerms<kJoints> terms;      ///< Of the arm that is simulated.
   /** Of the last step; nothing before the first. */
   ContactTruth truth;
   /** [force; moment] about the origin of S, N and N m, in S: of the arm on the
@@ -77,30 +81,31 @@ each surface in one point; where a ball touches two surfaces, it does so in two.
 
 Joint limits and joint friction are not simulated. A torque that is not finite
 is counted and acts as zero. */
+template <int kJoints>
 class SimulatedArm {
  public:
+  using Robot = SerialArm<kJoints>;
   using Params = SimulatedArmParams;
-  using State = SimulatedArmState;
-
-  static constexpr int kMaxBalls = 4;
+  using State = SimulatedArmState<kJoints>;
+  using Joints = JointVector<kJoints>;
 
   /** @param arm  with the tool as a part of its last link.
   @param scene  its tool_radius is that of every ball.
   @throws std::invalid_argument if a parameter is invalid, or the tool heavier
   than the arm's last link. */
-  SimulatedArm(const Params& params, const ArmModelParams& arm,
+  SimulatedArm(const Params& params, const ArmModelParams<kJoints>& arm,
                const ContactSceneParams& scene = {});
 
   const Params& params() const { return params_; }
-  const ArmModelParams& arm() const { return model_.params(); }
+  const ArmModelParams<kJoints>& arm() const { return model_.params(); }
   const ContactSceneParams& scene() const { return scene_; }
 
   /** At joint positions `q` (rad) with velocities `v` (rad/s).
   @throws std::invalid_argument unless they are finite. */
-  State MakeState(const Vector7& q, const Vector7& v = Vector7::Zero()) const;
+  State MakeState(const Joints& q, const Joints& v = Joints::Zero()) const;
 
   /** Advances by one period under a torque (N m). No heap, no throw. */
-  void Update(const Vector7& torque, State* state) const noexcept;
+  void Update(const Joints& torque, State* state) const noexcept;
 
  private:
   struct Contacts {
@@ -109,7 +114,7 @@ class SimulatedArm {
     std::array<int, kMaxPointContacts> pairs;
   };
 
-  void Step(const Vector7& torque, State* state) const noexcept;
+  void Step(const Joints& torque, State* state) const noexcept;
   /** Pose, twist and terms at q and v. */
   void CalcKinematics(State* state) const noexcept;
   /** What touches by the end of a step.
@@ -124,7 +129,7 @@ class SimulatedArm {
                        const Vector6& wrench) const noexcept;
 
   Params params_;
-  ArmModel model_;
+  ArmModel<kJoints> model_;
   ContactSceneParams scene_;
   std::vector<ContactSurface> surfaces_;
   int num_steps_{1};

@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
@@ -20,7 +21,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Matrix37 = Eigen::Matrix<double, 3, 7>;
 
 const double kNan = std::numeric_limits<double>::quiet_NaN();
 const double kInf = std::numeric_limits<double>::infinity();
@@ -44,9 +44,10 @@ Matrix3d RandomInertia(RandomStream* random) {
   return inertia;
 }
 
-ArmModelParams RandomParams(RandomStream* random) {
-  ArmModelParams params;
-  for (int i = 0; i < 7; ++i) {
+template <int kJoints>
+ArmModelParams<kJoints> RandomParams(RandomStream* random) {
+  ArmModelParams<kJoints> params;
+  for (int i = 0; i < kJoints; ++i) {
     params.p_PJ.col(i) = RandomVector<Vector3d>(random, 0.2);
     params.R_PJ[i] = ExpRotation(RandomVector<Vector3d>(random, 1));
     params.mass(i) = 0.5 + 3 * random->Uniform();
@@ -60,20 +61,24 @@ ArmModelParams RandomParams(RandomStream* random) {
 }
 
 // The textbook's way, link by link: geometric Jacobians and energies.
+template <int kJoints>
 struct Reference {
-  Reference(const ArmModelParams& params, const Vector7& q) {
-    Matrix37 joints = Matrix37::Zero();
-    Matrix37 axes = Matrix37::Zero();
+  using PerJoint = Eigen::Matrix<double, 3, kJoints>;
+
+  Reference(const ArmModelParams<kJoints>& params,
+            const JointVector<kJoints>& q) {
+    PerJoint joints = PerJoint::Zero();
+    PerJoint axes = PerJoint::Zero();
     Pose X;
-    for (int i = 0; i < 7; ++i) {
+    for (int i = 0; i < kJoints; ++i) {
       X.p += X.R * params.p_PJ.col(i);
       X.R = X.R * params.R_PJ[i] *
             Eigen::AngleAxisd(q(i), Vector3d::UnitZ()).toRotationMatrix();
       joints.col(i) = X.p;
       axes.col(i) = X.R.col(2);
       const Vector3d com = X.p + X.R * params.com.col(i);
-      Matrix37 linear = Matrix37::Zero();
-      Matrix37 angular = Matrix37::Zero();
+      PerJoint linear = PerJoint::Zero();
+      PerJoint angular = PerJoint::Zero();
       for (int j = 0; j <= i; ++j) {
         linear.col(j) = axes.col(j).cross(com - joints.col(j));
         angular.col(j) = axes.col(j);
@@ -86,31 +91,51 @@ struct Reference {
     }
     X_BE.p = X.p + X.R * params.p_LE;
     X_BE.R = X.R * params.R_LE;
-    for (int j = 0; j < 7; ++j) {
+    for (int j = 0; j < kJoints; ++j) {
       J_BE.col(j) << axes.col(j).cross(X_BE.p - joints.col(j)), axes.col(j);
     }
   }
 
   Pose X_BE;
-  Matrix67 J_BE{Matrix67::Zero()};
-  Matrix7 mass{Matrix7::Zero()};
-  Vector7 gravity{Vector7::Zero()};
+  Jacobian<kJoints> J_BE{Jacobian<kJoints>::Zero()};
+  JointMatrix<kJoints> mass{JointMatrix<kJoints>::Zero()};
+  JointVector<kJoints> gravity{JointVector<kJoints>::Zero()};
   double potential_energy{0};
 };
 
+/** With as many joints as the type says. */
+template <typename Count>
 class ArmModelTest : public ::testing::Test {
  protected:
-  ModelTerms Calc(const Vector7& q, const Vector7& v) {
-    ModelTerms terms;
+  static constexpr int kJoints = Count::value;
+  using Joints = JointVector<kJoints>;
+  using Mass = JointMatrix<kJoints>;
+  using Terms = ModelTerms<kJoints>;
+  using Model = ArmModel<kJoints>;
+
+  static ArmModelParams<kJoints> RandomArm(RandomStream* random) {
+    return RandomParams<kJoints>(random);
+  }
+
+  Joints RandomJoints(double size) {
+    return RandomVector<Joints>(&random_, size);
+  }
+
+  Terms Calc(const Joints& q, const Joints& v) {
+    Terms terms;
     dut_.Calc(q, v, &X_BE_, &terms);
     return terms;
   }
 
   RandomStream random_{5};
-  ArmModelParams params_{RandomParams(&random_)};
-  ArmModel dut_{params_};
+  ArmModelParams<kJoints> params_{RandomArm(&random_)};
+  Model dut_{params_};
   Pose X_BE_;
 };
+
+using Counts = ::testing::Types<std::integral_constant<int, 6>,
+                                std::integral_constant<int, 7>>;
+TYPED_TEST_SUITE(ArmModelTest, Counts);
 
 // All axes parallel; what is behind the second link weighs next to nothing.
 GTEST_TEST(ArmModelPlanarTest, TwoLinksMatchTheirFormulas) {
@@ -123,7 +148,7 @@ GTEST_TEST(ArmModelPlanarTest, TwoLinksMatchTheirFormulas) {
   constexpr double kInertia1 = 0.05;
   constexpr double kInertia2 = 0.02;
   constexpr double kGravity = 9.81;
-  ArmModelParams params;
+  ArmModelParams<7> params;
   params.p_PJ(0, 1) = kLength1;
   params.mass.setConstant(1e-15);
   params.mass.head<2>() << kMass1, kMass2;
@@ -133,7 +158,7 @@ GTEST_TEST(ArmModelPlanarTest, TwoLinksMatchTheirFormulas) {
   params.inertia[1].diagonal() << 0.04, 0.04, kInertia2;
   params.p_LE(0) = kLength2;
   params.gravity = {0, -kGravity, 0};
-  const ArmModel dut(params);
+  const ArmModel<7> dut(params);
 
   RandomStream random(3);
   for (int k = 0; k < 50; ++k) {
@@ -142,7 +167,7 @@ GTEST_TEST(ArmModelPlanarTest, TwoLinksMatchTheirFormulas) {
     q.head<2>() = RandomVector<Eigen::Vector2d>(&random, 1);
     v.head<2>() = RandomVector<Eigen::Vector2d>(&random, 1);
     Pose X_BE;
-    ModelTerms terms;
+    ModelTerms<7> terms;
     dut.Calc(q, v, &X_BE, &terms);
 
     const double c1 = std::cos(q(0));
@@ -188,15 +213,18 @@ GTEST_TEST(ArmModelPlanarTest, TwoLinksMatchTheirFormulas) {
   }
 }
 
-TEST_F(ArmModelTest, MatchesTheTextbookOnRandomArms) {
+TYPED_TEST(ArmModelTest, MatchesTheTextbookOnRandomArms) {
+  using Joints = typename TestFixture::Joints;
+  using Terms = typename TestFixture::Terms;
+  using Model = typename TestFixture::Model;
   for (int k = 0; k < 200; ++k) {
-    params_ = RandomParams(&random_);
-    dut_ = ArmModel(params_);
-    const Vector7 q = RandomVector<Vector7>(&random_, 1.5);
-    const ModelTerms terms = Calc(q, RandomVector<Vector7>(&random_, 1));
-    const Reference expected(params_, q);
-    EXPECT_LT((X_BE_.p - expected.X_BE.p).norm(), 1e-13);
-    EXPECT_LT((X_BE_.R - expected.X_BE.R).norm(), 1e-13);
+    this->params_ = this->RandomArm(&this->random_);
+    this->dut_ = Model(this->params_);
+    const Joints q = this->RandomJoints(1.5);
+    const Terms terms = this->Calc(q, this->RandomJoints(1));
+    const Reference expected(this->params_, q);
+    EXPECT_LT((this->X_BE_.p - expected.X_BE.p).norm(), 1e-13);
+    EXPECT_LT((this->X_BE_.R - expected.X_BE.R).norm(), 1e-13);
     EXPECT_LT((terms.J_BE - expected.J_BE).norm(), 1e-12);
     EXPECT_LT((terms.mass - expected.mass).norm(),
               1e-12 * expected.mass.norm());
@@ -205,34 +233,38 @@ TEST_F(ArmModelTest, MatchesTheTextbookOnRandomArms) {
   }
 }
 
-TEST_F(ArmModelTest, MassIsSymmetricAndPositiveDefinite) {
+TYPED_TEST(ArmModelTest, MassIsSymmetricAndPositiveDefinite) {
+  using Mass = typename TestFixture::Mass;
+  using Model = typename TestFixture::Model;
   for (int k = 0; k < 200; ++k) {
-    dut_ = ArmModel(RandomParams(&random_));
-    const Matrix7 mass = Calc(RandomVector<Vector7>(&random_, 1.5),
-                              RandomVector<Vector7>(&random_, 1))
-                             .mass;
+    this->dut_ = Model(this->RandomArm(&this->random_));
+    const Mass mass =
+        this->Calc(this->RandomJoints(1.5), this->RandomJoints(1)).mass;
     EXPECT_EQ(mass, mass.transpose());
-    EXPECT_EQ(Eigen::LLT<Matrix7>(mass).info(), Eigen::Success);
+    EXPECT_EQ(Eigen::LLT<Mass>(mass).info(), Eigen::Success);
   }
 }
 
 // d/dt (v A v / 2) = v (tau + g), and dU/dt = -v g, along a motion driven by
 // the torque that the equation of motion asks for.
-TEST_F(ArmModelTest, TorqueIsWhatChangesTheEnergy) {
+TYPED_TEST(ArmModelTest, TorqueIsWhatChangesTheEnergy) {
+  using Joints = typename TestFixture::Joints;
+  using Terms = typename TestFixture::Terms;
   for (int k = 0; k < 200; ++k) {
-    const Vector7 q = RandomVector<Vector7>(&random_, 1.5);
-    const Vector7 v = RandomVector<Vector7>(&random_, 1);
-    const Vector7 a = RandomVector<Vector7>(&random_, 1);
+    const Joints q = this->RandomJoints(1.5);
+    const Joints v = this->RandomJoints(1);
+    const Joints a = this->RandomJoints(1);
     const auto kinetic_energy = [&](double time) {
-      const Vector7 v_t = v + time * a;
-      const Vector7 q_t = q + time * v + 0.5 * time * time * a;
-      return 0.5 * v_t.dot(Calc(q_t, v_t).mass * v_t);
+      const Joints v_t = v + time * a;
+      const Joints q_t = q + time * v + 0.5 * time * time * a;
+      return 0.5 * v_t.dot(this->Calc(q_t, v_t).mass * v_t);
     };
     const auto potential_energy = [&](double time) {
-      return Reference(params_, q + time * v).potential_energy;
+      return Reference<TestFixture::kJoints>(this->params_, q + time * v)
+          .potential_energy;
     };
-    const ModelTerms terms = Calc(q, v);
-    const Vector7 torque = terms.mass * a + terms.bias - terms.gravity;
+    const Terms terms = this->Calc(q, v);
+    const Joints torque = terms.mass * a + terms.bias - terms.gravity;
     EXPECT_NEAR((kinetic_energy(kStep) - kinetic_energy(-kStep)) / (2 * kStep),
                 v.dot(torque + terms.gravity), 1e-6);
     EXPECT_NEAR(
@@ -241,59 +273,69 @@ TEST_F(ArmModelTest, TorqueIsWhatChangesTheEnergy) {
   }
 }
 
-TEST_F(ArmModelTest, BiasIsLagranges) {
+TYPED_TEST(ArmModelTest, BiasIsLagranges) {
+  using Joints = typename TestFixture::Joints;
+  using Mass = typename TestFixture::Mass;
   for (int k = 0; k < 50; ++k) {
-    const Vector7 q = RandomVector<Vector7>(&random_, 1.5);
-    const Vector7 v = RandomVector<Vector7>(&random_, 1);
-    const auto mass_rate = [&](const Vector7& direction) {
-      return Matrix7((Reference(params_, q + kStep * direction).mass -
-                      Reference(params_, q - kStep * direction).mass) /
-                     (2 * kStep));
+    const Joints q = this->RandomJoints(1.5);
+    const Joints v = this->RandomJoints(1);
+    const auto mass_rate = [&](const Joints& direction) {
+      return Mass(
+          (Reference<TestFixture::kJoints>(this->params_, q + kStep * direction)
+               .mass -
+           Reference<TestFixture::kJoints>(this->params_, q - kStep * direction)
+               .mass) /
+          (2 * kStep));
     };
-    Vector7 expected = mass_rate(v) * v;
-    for (int i = 0; i < 7; ++i) {
-      expected(i) -= 0.5 * v.dot(mass_rate(Vector7::Unit(i)) * v);
+    Joints expected = mass_rate(v) * v;
+    for (int i = 0; i < TestFixture::kJoints; ++i) {
+      expected(i) -= 0.5 * v.dot(mass_rate(Joints::Unit(i)) * v);
     }
-    EXPECT_LT((Calc(q, v).bias - expected).norm(), 1e-6);
+    EXPECT_LT((this->Calc(q, v).bias - expected).norm(), 1e-6);
   }
-  EXPECT_EQ(Calc(Vector7::Ones(), Vector7::Zero()).bias, Vector7::Zero());
+  EXPECT_EQ(this->Calc(Joints::Ones(), Joints::Zero()).bias, Joints::Zero());
 }
 
-TEST_F(ArmModelTest, JdotVIsTheJacobiansRate) {
+TYPED_TEST(ArmModelTest, JdotVIsTheJacobiansRate) {
+  using Joints = typename TestFixture::Joints;
   for (int k = 0; k < 200; ++k) {
-    const Vector7 q = RandomVector<Vector7>(&random_, 1.5);
-    const Vector7 v = RandomVector<Vector7>(&random_, 1);
-    const Vector6 expected =
-        (Calc(q + kStep * v, v).J_BE - Calc(q - kStep * v, v).J_BE) * v /
-        (2 * kStep);
-    EXPECT_LT((Calc(q, v).Jdot_v - expected).norm(), 1e-6);
+    const Joints q = this->RandomJoints(1.5);
+    const Joints v = this->RandomJoints(1);
+    const Vector6 expected = (this->Calc(q + kStep * v, v).J_BE -
+                              this->Calc(q - kStep * v, v).J_BE) *
+                             v / (2 * kStep);
+    EXPECT_LT((this->Calc(q, v).Jdot_v - expected).norm(), 1e-6);
   }
 }
 
-TEST_F(ArmModelTest, JacobianIsThePosesRate) {
+TYPED_TEST(ArmModelTest, JacobianIsThePosesRate) {
+  using Joints = typename TestFixture::Joints;
   for (int k = 0; k < 200; ++k) {
-    const Vector7 q = RandomVector<Vector7>(&random_, 1.5);
-    const Vector7 v = RandomVector<Vector7>(&random_, 1);
-    Calc(q - kStep * v, v);
-    const Pose before = X_BE_;
-    Calc(q + kStep * v, v);
+    const Joints q = this->RandomJoints(1.5);
+    const Joints v = this->RandomJoints(1);
+    this->Calc(q - kStep * v, v);
+    const Pose before = this->X_BE_;
+    this->Calc(q + kStep * v, v);
     Vector6 expected;
-    expected << X_BE_.p - before.p, LogRotation(X_BE_.R * before.R.transpose());
+    expected << this->X_BE_.p - before.p,
+        LogRotation(this->X_BE_.R * before.R.transpose());
     expected /= 2 * kStep;
-    EXPECT_LT((Calc(q, v).J_BE * v - expected).norm(), 1e-6);
+    EXPECT_LT((this->Calc(q, v).J_BE * v - expected).norm(), 1e-6);
   }
 }
 
-TEST_F(ArmModelTest, NotFiniteInputsShowInAllResults) {
-  const ModelTerms good = Calc(Vector7::Ones(), Vector7::Ones());
+TYPED_TEST(ArmModelTest, NotFiniteInputsShowInAllResults) {
+  using Joints = typename TestFixture::Joints;
+  using Terms = typename TestFixture::Terms;
+  const Terms good = this->Calc(Joints::Ones(), Joints::Ones());
   for (const double bad : {kNan, kInf, -kInf, 1e200}) {
     for (const bool in_q : {true, false}) {
-      Vector7 q = Vector7::Ones();
-      Vector7 v = Vector7::Ones();
+      Joints q = Joints::Ones();
+      Joints v = Joints::Ones();
       (in_q ? q : v)(2) = bad;
-      const ModelTerms terms = Calc(q, v);
-      EXPECT_TRUE(X_BE_.p.array().isNaN().all());
-      EXPECT_TRUE(X_BE_.R.array().isNaN().all());
+      const Terms terms = this->Calc(q, v);
+      EXPECT_TRUE(this->X_BE_.p.array().isNaN().all());
+      EXPECT_TRUE(this->X_BE_.R.array().isNaN().all());
       EXPECT_TRUE(terms.J_BE.array().isNaN().all());
       EXPECT_TRUE(terms.mass.array().isNaN().all());
       EXPECT_TRUE(terms.bias.array().isNaN().all());
@@ -302,30 +344,34 @@ TEST_F(ArmModelTest, NotFiniteInputsShowInAllResults) {
     }
   }
   // Nothing of it stays.
-  const ModelTerms again = Calc(Vector7::Ones(), Vector7::Ones());
+  const Terms again = this->Calc(Joints::Ones(), Joints::Ones());
   EXPECT_EQ(again.mass, good.mass);
   EXPECT_EQ(again.bias, good.bias);
 }
 
-TEST_F(ArmModelTest, DoesNotAllocate) {
-  ModelTerms terms;
+TYPED_TEST(ArmModelTest, DoesNotAllocate) {
+  using Joints = typename TestFixture::Joints;
+  using Terms = typename TestFixture::Terms;
+  Terms terms;
   ScopedNoAlloc guard;
-  dut_.Calc(Vector7::Ones(), Vector7::Ones(), &X_BE_, &terms);
+  this->dut_.Calc(Joints::Ones(), Joints::Ones(), &this->X_BE_, &terms);
   EXPECT_EQ(guard.count(), 0);
 }
 
-TEST_F(ArmModelTest, ParamsNameTheirErrors) {
-  const auto error = [this](auto&& change) {
-    ArmModelParams params = params_;
+TEST(ArmModelParamsTest, NameTheirErrors) {
+  RandomStream random{5};
+  const ArmModelParams<7> good = RandomParams<7>(&random);
+  const auto error = [&good](auto&& change) {
+    ArmModelParams<7> params = good;
     change(&params);
     return ValidationError(params);
   };
-  using P = ArmModelParams;
+  using P = ArmModelParams<7>;
   EXPECT_EQ(error([](P*) {}), "no exception");
   EXPECT_EQ(ValidationError(P{}),
             "ArmModelParams: field `mass[0]` expected a finite value > 0, "
             "got 0");
-  EXPECT_THROW(ArmModel(P{}), std::invalid_argument);
+  EXPECT_THROW(ArmModel<7>(P{}), std::invalid_argument);
   const auto contains = [](const std::string& text, const char* part) {
     return text.find(part) != std::string::npos;
   };

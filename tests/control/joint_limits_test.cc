@@ -9,12 +9,12 @@
 namespace dual_proxy {
 namespace {
 
-Vector7 Middle(const JointLimitsParams& params) {
+Vector7 Middle(const JointLimitsParams<7>& params) {
   return 0.5 * (params.lower + params.upper);
 }
 
 TEST(JointLimitsTest, FarFromAllLimitsNothingIsNear) {
-  const JointLimits dut;
+  const JointLimits<7> dut;
   const Vector7 q = Middle(dut.params());
   EXPECT_FALSE(dut.IsNear(q, 0.4 * dut.params().speed));
   EXPECT_TRUE(dut.IsNear(q, 0.5 * dut.params().speed));
@@ -25,8 +25,8 @@ TEST(JointLimitsTest, FarFromAllLimitsNothingIsNear) {
 // Whatever is commanded: driven at full acceleration, a joint stays within its
 // speed and its ends, with the margin.
 TEST(JointLimitsTest, WhateverIsCommandedTheMarginsStay) {
-  const JointLimits dut;
-  const JointLimitsParams& params = dut.params();
+  const JointLimits<7> dut;
+  const JointLimitsParams<7>& params = dut.params();
   const Vector7 speed = (1 - params.speed_margin) * params.speed;
   RandomStream random(3);
   for (int run = 0; run < 20; ++run) {
@@ -48,20 +48,20 @@ TEST(JointLimitsTest, WhateverIsCommandedTheMarginsStay) {
 }
 
 TEST(JointLimitsTest, WhatIsWithinTheLimitsPassesUnchanged) {
-  const JointLimits dut;
+  const JointLimits<7> dut;
   const Vector7 a = Vector7::LinSpaced(-20, 20);
   EXPECT_EQ(dut.Limit(Middle(dut.params()), Vector7::Zero(), a), a);
 }
 
 TEST(JointLimitsTest, OneBeyondTheMarginIsLedBack) {
-  const JointLimits dut;
+  const JointLimits<7> dut;
   const Vector7 zero = Vector7::Zero();
   EXPECT_LT(dut.Limit(dut.params().upper, zero, zero).maxCoeff(), 0);
   EXPECT_GT(dut.Limit(dut.params().lower, zero, zero).minCoeff(), 0);
 }
 
 TEST(JointLimitsTest, ErrorsNameFieldRangeAndValue) {
-  JointLimitsParams params;
+  JointLimitsParams<7> params;
   params.speed(3) = 0;
   EXPECT_EQ(ValidationError(params),
             "JointLimitsParams: field `speed[3]` expected a finite value > 0, "

@@ -11,7 +11,9 @@
 #include <Eigen/Dense>
 
 #include "dual_proxy/common/random.h"
+#include "dual_proxy/control/arm_model.h"
 #include "no_alloc.h"
+#include "test_arm.h"
 #include "validation_error.h"
 
 namespace dual_proxy {
@@ -25,13 +27,13 @@ const Matrix3d kAlongZ{Vector3d::UnitZ().asDiagonal()};
 const double kNan = std::numeric_limits<double>::quiet_NaN();
 
 // A random arm: any full-rank Jacobian and any positive definite mass matrix.
-ModelTerms RandomModel(RandomStream* random) {
+ModelTerms<7> RandomModel(RandomStream* random) {
   const auto fill = [random](auto&& matrix, double size) {
     for (int i = 0; i < matrix.size(); ++i) {
       matrix.data()[i] = size * random->Normal();
     }
   };
-  ModelTerms model;
+  ModelTerms<7> model;
   fill(model.J_BE, 0.5);
   Matrix7 root;
   fill(root, 0.3);
@@ -63,14 +65,14 @@ class OperationalSpaceControllerTest : public ::testing::Test {
     params_.max_mass = 1e6;
   }
 
-  static Matrix6 Lambda(const OperationalSpaceControllerInput& input) {
+  static Matrix6 Lambda(const OperationalSpaceControllerInput<7>& input) {
     return (input.model.J_BE * input.model.mass.inverse() *
             input.model.J_BE.transpose())
         .inverse();
   }
 
-  OperationalSpaceControllerInput RandomInput() {
-    OperationalSpaceControllerInput input;
+  OperationalSpaceControllerInput<7> RandomInput() {
+    OperationalSpaceControllerInput<7> input;
     input.model = RandomModel(&random_);
     input.q = RandomVector<Vector7>(&random_, 1);
     input.v = RandomVector<Vector7>(&random_, 0.3);
@@ -83,20 +85,21 @@ class OperationalSpaceControllerTest : public ::testing::Test {
 
   // A^-1 (tau + g - C v - J^T F): what the arm does with a torque while its
   // tool exerts F.
-  static Vector6 TipAcceleration(const ModelTerms& model, const Vector7& torque,
+  static Vector6 TipAcceleration(const ModelTerms<7>& model,
+                                 const Vector7& torque,
                                  const Vector6& wrench = Vector6::Zero()) {
     const Vector7 acceleration = model.mass.ldlt().solve(
         torque + model.gravity - model.bias - model.J_BE.transpose() * wrench);
     return model.J_BE * acceleration + model.Jdot_v;
   }
 
-  OperationalSpaceControllerParams params_;
+  OperationalSpaceControllerParams<7> params_;
   RandomStream random_{7};
 };
 
 TEST_F(OperationalSpaceControllerTest, InertiaIsTheInverse) {
   for (int i = 0; i < 200; ++i) {
-    const ModelTerms model = RandomModel(&random_);
+    const ModelTerms<7> model = RandomModel(&random_);
     const OperationalSpaceInertia dut =
         CalcOperationalSpaceInertia(model.J_BE, model.mass, 1e6, 0.2);
     ASSERT_TRUE(dut.valid);
@@ -119,7 +122,7 @@ TEST_F(OperationalSpaceControllerTest, InertiaIsBoundedAndContinuous) {
     const double s = 0.3 * (1 - i / 4000.0);
     J(2, 2) = s;  // mobility s^2
     const OperationalSpaceInertia dut =
-        CalcOperationalSpaceInertia(J, Matrix7::Identity(), kMaxMass, 1);
+        CalcOperationalSpaceInertia<7>(J, Matrix7::Identity(), kMaxMass, 1);
     ASSERT_TRUE(dut.valid);
     const double mass = dut.Lambda(2, 2);
     if (s * s > 1 / kMaxMass) {
@@ -143,16 +146,16 @@ TEST_F(OperationalSpaceControllerTest, InertiaRejectsAnIndefiniteMassMatrix) {
   Matrix7 mass = Matrix7::Identity();
   mass(3, 3) = -1;
   EXPECT_FALSE(
-      CalcOperationalSpaceInertia(Matrix67::Zero(), mass, 50, 1).valid);
+      CalcOperationalSpaceInertia<7>(Matrix67::Zero(), mass, 50, 1).valid);
 }
 
 // Without force space the tool accelerates by the command, whatever velocity,
 // gravity, posture and Jdot v are: mu and p are accounted for exactly.
 TEST_F(OperationalSpaceControllerTest, MotionIsDecoupledAndExact) {
-  const OperationalSpaceController dut(params_);
+  const OperationalSpaceController<7> dut(params_);
   for (int i = 0; i < 200; ++i) {
-    const OperationalSpaceControllerInput input = RandomInput();
-    OperationalSpaceControllerState state = dut.MakeState();
+    const OperationalSpaceControllerInput<7> input = RandomInput();
+    OperationalSpaceControllerState<7> state = dut.MakeState();
     const auto output = dut.Update(input, &state);
     const Vector6 error = input.model.J_BE * input.v - input.proxy_velocity;
     Vector6 expected = input.proxy_acceleration;
@@ -171,9 +174,9 @@ TEST_F(OperationalSpaceControllerTest, MotionIsDecoupledAndExact) {
 TEST_F(OperationalSpaceControllerTest, PrintedLawHasNoFeedForward) {
   params_.feed_forward = false;
   params_.unit_mass_motion_force = false;
-  const OperationalSpaceController dut(params_);
-  const OperationalSpaceControllerInput input = RandomInput();
-  OperationalSpaceControllerState state = dut.MakeState();
+  const OperationalSpaceController<7> dut(params_);
+  const OperationalSpaceControllerInput<7> input = RandomInput();
+  OperationalSpaceControllerState<7> state = dut.MakeState();
   const auto output = dut.Update(input, &state);
   const Vector6 twist = input.model.J_BE * input.v;
   Vector6 unit;
@@ -187,9 +190,9 @@ TEST_F(OperationalSpaceControllerTest, PrintedLawHasNoFeedForward) {
 TEST_F(OperationalSpaceControllerTest, CommandOfAUnitInertia) {
   params_.feed_forward = false;
   params_.unit_inertia_motion_moment = true;
-  const OperationalSpaceController dut(params_);
-  const OperationalSpaceControllerInput input = RandomInput();
-  OperationalSpaceControllerState state = dut.MakeState();
+  const OperationalSpaceController<7> dut(params_);
+  const OperationalSpaceControllerInput<7> input = RandomInput();
+  OperationalSpaceControllerState<7> state = dut.MakeState();
   const Vector3d w = (input.model.J_BE * input.v).tail<3>();
   EXPECT_LT((dut.Update(input, &state).motion_moment +
              600 * input.rotation_error + 38 * w)
@@ -200,9 +203,9 @@ TEST_F(OperationalSpaceControllerTest, CommandOfAUnitInertia) {
 // In steady contact with a frictionless wall: F_s = F_r, the wall takes F_f.
 TEST_F(OperationalSpaceControllerTest, ContactForceIsCommanded) {
   params_.position_stiffness = params_.position_damping = 0;
-  const OperationalSpaceController dut(params_);
+  const OperationalSpaceController<7> dut(params_);
   for (int i = 0; i < 50; ++i) {
-    OperationalSpaceControllerInput input = RandomInput();
+    OperationalSpaceControllerInput<7> input = RandomInput();
     input.v.setZero();
     input.model.Jdot_v.setZero();
     input.rotation_error.setZero();
@@ -211,7 +214,7 @@ TEST_F(OperationalSpaceControllerTest, ContactForceIsCommanded) {
     input.force_selection = kAlongZ;
     input.reference_force = Vector3d(0, 0, 6);
     input.sensed_wrench << 0, 0, 6, 0, 0, 0;
-    OperationalSpaceControllerState state = dut.MakeState();
+    OperationalSpaceControllerState<7> state = dut.MakeState();
     const auto output = dut.Update(input, &state);
     EXPECT_LT((output.contact_force - Vector3d(0, 0, 6)).norm(), 1e-12);
     EXPECT_LT(
@@ -224,14 +227,14 @@ TEST_F(OperationalSpaceControllerTest, SelectionsSplitForceAndMotion) {
   params_.unit_inertia_motion_moment = true;
   params_.passivity = false;
   params_.force_filter_cutoff = 0;
-  const OperationalSpaceController dut(params_);
-  OperationalSpaceControllerInput input = RandomInput();
+  const OperationalSpaceController<7> dut(params_);
+  OperationalSpaceControllerInput<7> input = RandomInput();
   input.force_selection = kAlongZ;
   input.moment_selection = Vector3d::UnitX().asDiagonal();
   input.reference_force = Vector3d(0, 0, 5);
   input.reference_moment = Vector3d(0.3, 0, 0);
   input.sensed_wrench << 1, 2, 3, 0.1, 0.2, 0.3;
-  OperationalSpaceControllerState state = dut.MakeState();
+  OperationalSpaceControllerState<7> state = dut.MakeState();
   const auto output = dut.Update(input, &state);
   const Vector6 twist = input.model.J_BE * input.v;
   EXPECT_EQ(output.motion_force.z(), 0);
@@ -249,15 +252,15 @@ TEST_F(OperationalSpaceControllerTest, SelectionsSplitForceAndMotion) {
 // motion control, F_s = Lambda Kpm dx; the bumpless reference takes over.
 TEST_F(OperationalSpaceControllerTest, HandOverDoesNotStepTheTorque) {
   params_.force_integral_gain = 0;
-  const OperationalSpaceController dut(params_);
-  OperationalSpaceControllerInput input;
+  const OperationalSpaceController<7> dut(params_);
+  OperationalSpaceControllerInput<7> input;
   input.model.J_BE.leftCols<6>().setIdentity();
   input.model.mass = 7 * Matrix7::Identity();
   input.q = params_.q_rest;
   input.motion_error = Vector3d(0, 0, -0.002);
   const double push = 7 * 500 * 0.002;
   input.sensed_wrench(2) = push;
-  OperationalSpaceControllerState state = dut.MakeState();
+  OperationalSpaceControllerState<7> state = dut.MakeState();
   const Vector7 before = dut.Update(input, &state).torque;
   EXPECT_NEAR(before(2), push, 1e-9);
   input.motion_error.setZero();
@@ -285,14 +288,14 @@ TEST_F(OperationalSpaceControllerTest, HandOverDoesNotStepTheTorque) {
 TEST_F(OperationalSpaceControllerTest, PostureGivesNoTaskAcceleration) {
   params_.posture_stiffness = 0;
   params_.posture_damping = 0;
-  const OperationalSpaceController without(params_);
+  const OperationalSpaceController<7> without(params_);
   params_.posture_stiffness = 25;
   params_.posture_damping = 10;
-  const OperationalSpaceController with(params_);
+  const OperationalSpaceController<7> with(params_);
   for (int i = 0; i < 100; ++i) {
-    const OperationalSpaceControllerInput input = RandomInput();
-    OperationalSpaceControllerState a = with.MakeState();
-    OperationalSpaceControllerState b = without.MakeState();
+    const OperationalSpaceControllerInput<7> input = RandomInput();
+    OperationalSpaceControllerState<7> a = with.MakeState();
+    OperationalSpaceControllerState<7> b = without.MakeState();
     const Vector7 null_torque =
         with.Update(input, &a).torque - without.Update(input, &b).torque;
     EXPECT_GT(null_torque.norm(), 1e-3);
@@ -303,12 +306,12 @@ TEST_F(OperationalSpaceControllerTest, PostureGivesNoTaskAcceleration) {
 }
 
 TEST_F(OperationalSpaceControllerTest, StartsAtGravityAndLimitsTheRateLast) {
-  params_.torque_limit = OperationalSpaceControllerParams{}.torque_limit;
+  params_.torque_limit = OperationalSpaceControllerParams<7>{}.torque_limit;
   params_.torque_rate_limit = 1000;
   params_.torque_margin = 0.05;
-  const OperationalSpaceController dut(params_);
-  OperationalSpaceControllerState state = dut.MakeState();
-  OperationalSpaceControllerInput input = RandomInput();
+  const OperationalSpaceController<7> dut(params_);
+  OperationalSpaceControllerState<7> state = dut.MakeState();
+  OperationalSpaceControllerInput<7> input = RandomInput();
   Vector7 last = (-input.model.gravity)
                      .cwiseMax(-0.95 * params_.torque_limit)
                      .cwiseMin(0.95 * params_.torque_limit);
@@ -331,21 +334,21 @@ TEST_F(OperationalSpaceControllerTest, StartsAtGravityAndLimitsTheRateLast) {
 // the others make up for it: the tool point accelerates as it would.
 TEST_F(OperationalSpaceControllerTest,
        OneJointAtItsLimitLeavesTheToolItsPlace) {
-  const OperationalSpaceController free(params_);
+  const OperationalSpaceController<7> free(params_);
   params_.joint_limits.speed(3) = 1;
   params_.joint_limits.speed_margin = 0.1;
-  const OperationalSpaceController dut(params_);
+  const OperationalSpaceController<7> dut(params_);
   for (int i = 0; i < 100; ++i) {
-    OperationalSpaceControllerInput input = RandomInput();
+    OperationalSpaceControllerInput<7> input = RandomInput();
     input.v(3) = i % 2 == 0 ? 0.95 : -0.95;
-    const auto accelerate = [&](const OperationalSpaceController& controller,
-                                OperationalSpaceControllerState* state) {
+    const auto accelerate = [&](const OperationalSpaceController<7>& controller,
+                                OperationalSpaceControllerState<7>* state) {
       const Vector7 torque = controller.Update(input, state).torque;
       return Vector7(input.model.mass.ldlt().solve(
           torque + input.model.gravity - input.model.bias));
     };
-    OperationalSpaceControllerState a = free.MakeState();
-    OperationalSpaceControllerState b = dut.MakeState();
+    OperationalSpaceControllerState<7> a = free.MakeState();
+    OperationalSpaceControllerState<7> b = dut.MakeState();
     const Vector7 wanted = accelerate(free, &a);
     const Vector7 limited = accelerate(dut, &b);
     const double low = (-0.9 - input.v(3)) / 0.02;
@@ -364,15 +367,15 @@ TEST_F(OperationalSpaceControllerTest,
 TEST_F(OperationalSpaceControllerTest, ErrorsAreClosedNoFasterThanTheLimits) {
   params_.motion_speed_limit = 0.5;
   params_.rotation_speed_limit = 1;
-  OperationalSpaceControllerInput input = RandomInput();
+  OperationalSpaceControllerInput<7> input = RandomInput();
   input.v.setZero();
   input.proxy_velocity.setZero();
   input.proxy_acceleration.setZero();
   input.motion_error = Vector3d(0.3, 0, 0.4);
   input.rotation_error = Vector3d(0, 0.5, 0);
   const auto pull = [&] {
-    const OperationalSpaceController dut(params_);
-    OperationalSpaceControllerState state = dut.MakeState();
+    const OperationalSpaceController<7> dut(params_);
+    OperationalSpaceControllerState<7> state = dut.MakeState();
     return dut.Update(input, &state).motion_force;
   };
   EXPECT_LT((pull() + 40 * 0.5 * Vector3d(0.6, 0, 0.8)).norm(), 1e-9);
@@ -381,10 +384,11 @@ TEST_F(OperationalSpaceControllerTest, ErrorsAreClosedNoFasterThanTheLimits) {
 }
 
 TEST_F(OperationalSpaceControllerTest, RandomSweepStaysFinite) {
-  const OperationalSpaceController dut{OperationalSpaceControllerParams{}};
-  OperationalSpaceControllerState state = dut.MakeState();
+  const OperationalSpaceController<7> dut{
+      OperationalSpaceControllerParams<7>{}};
+  OperationalSpaceControllerState<7> state = dut.MakeState();
   for (int i = 0; i < 3000; ++i) {
-    OperationalSpaceControllerInput input = RandomInput();
+    OperationalSpaceControllerInput<7> input = RandomInput();
     const double rank_loss = std::pow(10, -12 * random_.Uniform());
     input.model.J_BE.row(i % 6) *= rank_loss;
     const auto output = dut.Update(input, &state);
@@ -397,9 +401,9 @@ TEST_F(OperationalSpaceControllerTest, RandomSweepStaysFinite) {
 
 TEST_F(OperationalSpaceControllerTest, BadInputGoesToGravityCompensation) {
   params_.torque_rate_limit = 1000;
-  const OperationalSpaceController dut(params_);
-  OperationalSpaceControllerState state = dut.MakeState();
-  OperationalSpaceControllerInput input = RandomInput();
+  const OperationalSpaceController<7> dut(params_);
+  OperationalSpaceControllerState<7> state = dut.MakeState();
+  OperationalSpaceControllerInput<7> input = RandomInput();
   input.motion_error = Vector3d(0.01, 0, 0);
   for (int i = 0; i < 30; ++i) dut.Update(input, &state);
   const Vector7 held = -input.model.gravity;
@@ -417,10 +421,10 @@ TEST_F(OperationalSpaceControllerTest, BadInputGoesToGravityCompensation) {
 }
 
 TEST_F(OperationalSpaceControllerTest, BadModelHoldsTheTorque) {
-  const OperationalSpaceController dut(params_);
-  OperationalSpaceControllerState state = dut.MakeState();
-  OperationalSpaceControllerInput input = RandomInput();
-  OperationalSpaceControllerInput bad = input;
+  const OperationalSpaceController<7> dut(params_);
+  OperationalSpaceControllerState<7> state = dut.MakeState();
+  OperationalSpaceControllerInput<7> input = RandomInput();
+  OperationalSpaceControllerInput<7> bad = input;
   bad.model.mass(2, 3) = kNan;
   EXPECT_EQ(dut.Update(bad, &state).torque, Vector7::Zero());
   const Vector7 sent = dut.Update(input, &state).torque;
@@ -430,18 +434,18 @@ TEST_F(OperationalSpaceControllerTest, BadModelHoldsTheTorque) {
 
 // Every input is looked at, and a selection that is no projection is refused.
 TEST_F(OperationalSpaceControllerTest, EveryBadInputIsRefused) {
-  const OperationalSpaceController dut(params_);
-  OperationalSpaceControllerState state = dut.MakeState();
-  const OperationalSpaceControllerInput good = RandomInput();
+  const OperationalSpaceController<7> dut(params_);
+  OperationalSpaceControllerState<7> state = dut.MakeState();
+  const OperationalSpaceControllerInput<7> good = RandomInput();
   std::int64_t expected = 0;
   const auto refuse = [&](auto set) {
-    OperationalSpaceControllerInput input = good;
+    OperationalSpaceControllerInput<7> input = good;
     set(input);
     const auto output = dut.Update(input, &state);
     EXPECT_TRUE(output.torque.allFinite());
     EXPECT_EQ(state.bad_inputs, ++expected);
   };
-  using I = OperationalSpaceControllerInput;
+  using I = OperationalSpaceControllerInput<7>;
   refuse([](I& i) { i.model.J_BE(0, 0) = kNan; });
   refuse([](I& i) { i.model.mass(0, 0) = kNan; });
   refuse([](I& i) { i.model.mass *= -1; });
@@ -463,12 +467,13 @@ TEST_F(OperationalSpaceControllerTest, EveryBadInputIsRefused) {
 }
 
 TEST_F(OperationalSpaceControllerTest, CopyContinuesAlike) {
-  const OperationalSpaceController dut{OperationalSpaceControllerParams{}};
-  OperationalSpaceControllerState state = dut.MakeState();
-  OperationalSpaceControllerInput input = RandomInput();
+  const OperationalSpaceController<7> dut{
+      OperationalSpaceControllerParams<7>{}};
+  OperationalSpaceControllerState<7> state = dut.MakeState();
+  OperationalSpaceControllerInput<7> input = RandomInput();
   input.force_selection = kAlongZ;
   for (int i = 0; i < 10; ++i) dut.Update(input, &state);
-  OperationalSpaceControllerState copy = state;
+  OperationalSpaceControllerState<7> copy = state;
   input.force_selection.setZero();
   for (int i = 0; i < 10; ++i) {
     EXPECT_EQ(dut.Update(input, &state).torque,
@@ -477,12 +482,12 @@ TEST_F(OperationalSpaceControllerTest, CopyContinuesAlike) {
 }
 
 TEST_F(OperationalSpaceControllerTest, DoesNotAllocate) {
-  const OperationalSpaceController dut(params_);
-  OperationalSpaceControllerState state = dut.MakeState();
-  OperationalSpaceControllerInput input = RandomInput();
-  OperationalSpaceControllerInput singular = input;
+  const OperationalSpaceController<7> dut(params_);
+  OperationalSpaceControllerState<7> state = dut.MakeState();
+  OperationalSpaceControllerInput<7> input = RandomInput();
+  OperationalSpaceControllerInput<7> singular = input;
   singular.model.J_BE.row(0).setZero();
-  OperationalSpaceControllerInput bad = input;
+  OperationalSpaceControllerInput<7> bad = input;
   bad.q(0) = kNan;
   ScopedNoAlloc guard;
   dut.Update(input, &state);
@@ -494,11 +499,11 @@ TEST_F(OperationalSpaceControllerTest, DoesNotAllocate) {
 }
 
 TEST_F(OperationalSpaceControllerTest, InvalidParamsNameTheField) {
-  using P = OperationalSpaceControllerParams;
+  using P = OperationalSpaceControllerParams<7>;
   const auto error = [](auto set) {
     P params;
     set(params);
-    EXPECT_THROW(OperationalSpaceController{params}, std::invalid_argument);
+    EXPECT_THROW(OperationalSpaceController<7>{params}, std::invalid_argument);
     return ValidationError(params);
   };
   const std::string who = "OperationalSpaceControllerParams: field `";
@@ -555,6 +560,45 @@ TEST_F(OperationalSpaceControllerTest, InvalidParamsNameTheField) {
               p.moment_passivity.max_damping = -1;
             }).find("`max_damping`"),
             std::string::npos);
+}
+
+// Without redundancy, too, the tool accelerates as it is told to, and holds the
+// arm's weight.
+TEST(SixJointControllerTest, TheToolAcceleratesAsAsked) {
+  using Joints = JointVector<6>;
+  OperationalSpaceControllerParams<6> params;
+  params.joint_limits.lower.setConstant(-9);
+  params.joint_limits.upper.setConstant(9);
+  params.joint_limits.speed.setConstant(9);
+  params.torque_limit.setConstant(1e6);
+  params.torque_rate_limit = 1e12;
+  const OperationalSpaceController<6> dut(params);
+  OperationalSpaceControllerState<6> state = dut.MakeState();
+  const ArmModel<6> arm(MakeSixJointArm());
+  RandomStream random(11);
+  for (int i = 0; i < 50; ++i) {
+    OperationalSpaceControllerInput<6> input;
+    input.q = kSixJointArmAtRest + RandomVector<Joints>(&random, 0.1);
+    input.v = RandomVector<Joints>(&random, 0.3);
+    input.proxy_acceleration = RandomVector<Vector6>(&random, 1);
+    Pose X_BE;
+    arm.Calc(input.q, input.v, &X_BE, &input.model);
+    input.proxy_velocity = input.model.J_BE * input.v;
+    const Joints torque = dut.Update(input, &state).torque;
+    const Joints acceleration = input.model.mass.ldlt().solve(
+        torque + input.model.gravity - input.model.bias);
+    EXPECT_LT((input.model.J_BE * acceleration + input.model.Jdot_v -
+               input.proxy_acceleration)
+                  .norm(),
+              1e-9);
+  }
+  EXPECT_EQ(state.bad_inputs, 0);
+}
+
+TEST(SixJointControllerTest, HasNoLimitsOfItsOwn) {
+  EXPECT_NE(
+      ValidationError(OperationalSpaceControllerParams<6>{}).find("upper[0]"),
+      std::string::npos);
 }
 
 }  // namespace

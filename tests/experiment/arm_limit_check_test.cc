@@ -49,7 +49,7 @@ class ArmLimitCheckTest : public testing::Test {
   }
 
   LogTable log_;
-  const ArmLimits limits_;
+  const ArmLimits<7> limits_;
 };
 
 TEST_F(ArmLimitCheckTest, AtRestNothingIsUsed) {

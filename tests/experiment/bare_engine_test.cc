@@ -31,12 +31,12 @@ Scenario MakeScenario(Scheme scheme) {
   return scenario;
 }
 
-BareEngine MakeEngine(const Scenario& scenario) {
-  return {scenario, MakeTestArm(), kTestArmAtRest, kDuration};
+BareEngine<SimulatedArm<7>> MakeEngine(const Scenario& scenario) {
+  return MakeArmEngine(scenario, MakeTestArm(), kTestArmAtRest, kDuration);
 }
 
 RunLog RunBare(const Scenario& scenario) {
-  BareEngine engine = MakeEngine(scenario);
+  auto engine = MakeEngine(scenario);
   engine.AdvanceTo(kDuration);
   return MakeRunLog(engine.log(), engine.layout());
 }
@@ -62,7 +62,7 @@ TEST(BareEngineTest, RunsEverySchemeAndLogsEveryPeriod) {
 TEST(BareEngineTest, InSmallStepsAndAgainTheSameBits) {
   const Scenario scenario = MakeScenario(SchemeOf<DualProxyScheme>);
   const RunLog log = RunBare(scenario);
-  BareEngine engine = MakeEngine(scenario);
+  auto engine = MakeEngine(scenario);
   for (const double time : {0.0, 0.0004, 0.7, 0.7, 1.2345, kDuration}) {
     engine.AdvanceTo(time);
     EXPECT_GE(engine.time(), time - 1e-12);

@@ -25,9 +25,9 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPeriod = 0.001;
 
 // The hand goes 25 mm down in half a second, over a link that is not kind.
-TeleopLoopParams MakeParams(Scheme scheme) {
-  TeleopLoopParams params;
-  const SimulatedArm arm(SimulatedArmParams{}, MakeTestArm());
+TeleopLoopParams<SerialArm<7>> MakeParams(Scheme scheme) {
+  TeleopLoopParams<SerialArm<7>> params;
+  const SimulatedArm<7> arm(SimulatedArmParams{}, MakeTestArm());
   const Pose X_BE = arm.MakeState(kTestArmAtRest).X_BE;
   WorkspaceMapParams map;
   map.p_cw = X_BE.p;
@@ -44,7 +44,7 @@ TeleopLoopParams MakeParams(Scheme scheme) {
   params.robot.perception.angular_filter.enabled = true;
   params.robot.perception.angular_filter.filter.num_particles = 60;
   params.channel = {.delay = 0.01, .jitter = 0.01, .loss = 0.1};
-  params.arm = MakeTestArm();
+  params.model = MakeTestArm();
   params.path.times = Eigen::Vector2d(0, 0.5);
   params.path.points = Eigen::Matrix3Xd::Zero(3, 2);
   params.path.points(2, 1) = -0.025;
@@ -54,13 +54,13 @@ TeleopLoopParams MakeParams(Scheme scheme) {
 // The loop with an arm over a table 30 mm below the tool.
 class Bench {
  public:
-  explicit Bench(const TeleopLoopParams& params)
+  explicit Bench(const TeleopLoopParams<SerialArm<7>>& params)
       : loop_(params),
         arm_({}, MakeTestArm(), MakeTable(params)),
         state_(loop_.MakeState()),
         arm_state_(arm_.MakeState(kTestArmAtRest)) {}
 
-  TeleopLoopInput input() const {
+  TeleopLoopInput<SerialArm<7>> input() const {
     return {.q = arm_state_.q,
             .v = arm_state_.v,
             .reaction = arm_state_.reaction,
@@ -69,9 +69,9 @@ class Bench {
 
   void Step() { Step(input()); }
 
-  void Step(const TeleopLoopInput& input) {
+  void Step(const TeleopLoopInput<SerialArm<7>>& input) {
     loop_.Update(kPeriod * tick_++, input, &state_);
-    arm_.Update(state_.torque(), &arm_state_);
+    arm_.Update(state_.command(), &arm_state_);
   }
 
   VectorXd signals() const {
@@ -80,11 +80,12 @@ class Bench {
     return vector;
   }
 
-  const TeleopLoop& loop() const { return loop_; }
-  const TeleopLoopState& state() const { return state_; }
+  const TeleopLoop<SerialArm<7>>& loop() const { return loop_; }
+  const TeleopLoopState<SerialArm<7>>& state() const { return state_; }
 
  private:
-  static ContactSceneParams MakeTable(const TeleopLoopParams& params) {
+  static ContactSceneParams MakeTable(
+      const TeleopLoopParams<SerialArm<7>>& params) {
     ContactSurfaceParams table;
     table.position = params.robot.proxy.map.p_cw - Vector3d(0, 0, 0.04);
     table.stiffness = 1e4;
@@ -95,16 +96,16 @@ class Bench {
     return scene;
   }
 
-  TeleopLoop loop_;
-  SimulatedArm arm_;
-  TeleopLoopState state_;
-  SimulatedArmState arm_state_;
+  TeleopLoop<SerialArm<7>> loop_;
+  SimulatedArm<7> arm_;
+  TeleopLoopState<SerialArm<7>> state_;
+  SimulatedArmState<7> arm_state_;
   int tick_{0};
 };
 
 class TeleopLoopTest : public ::testing::TestWithParam<Scheme> {
  protected:
-  const TeleopLoopParams params_{MakeParams(GetParam())};
+  const TeleopLoopParams<SerialArm<7>> params_{MakeParams(GetParam())};
 };
 
 INSTANTIATE_TEST_SUITE_P(
@@ -123,7 +124,7 @@ TEST_P(TeleopLoopTest, ToolComesDownAndTheHandFeelsIt) {
   Bench bench(params_);
   EXPECT_EQ(bench.signals(), VectorXd::Zero(bench.signals().size()));
   for (int i = 0; i < 1500; ++i) bench.Step();
-  const TeleopLoopState& state = bench.state();
+  const TeleopLoopState<SerialArm<7>>& state = bench.state();
   EXPECT_LT(state.robot.output.X_BE.p.z(),
             params_.robot.proxy.map.p_cw.z() - 0.025);
   EXPECT_LT(state.robot.output.sensed_wrench(2), -1);
@@ -138,8 +139,8 @@ TEST_P(TeleopLoopTest, NoHeap) {
   Bench bench(params_);
   VectorXd signals(SizeOf(bench.loop().layout()));
   for (int i = 0; i < 600; ++i) {
-    const TeleopLoopInput input = bench.input();
-    TeleopLoopState state = bench.state();
+    const TeleopLoopInput<SerialArm<7>> input = bench.input();
+    TeleopLoopState<SerialArm<7>> state = bench.state();
     ScopedNoAlloc guard;
     bench.loop().Update(kPeriod * i, input, &state);
     bench.loop().WriteSignals(state, signals);
@@ -156,7 +157,7 @@ TEST_P(TeleopLoopTest, TwoRunsAreTheSameBits) {
     two.Step();
     ASSERT_EQ(one.signals(), two.signals()) << i;
   }
-  TeleopLoopParams params = params_;
+  TeleopLoopParams<SerialArm<7>> params = params_;
   params.seeds.to_robot = 77;
   Bench other(params);
   for (int i = 0; i < 1000; ++i) other.Step();
@@ -168,7 +169,7 @@ TEST_P(TeleopLoopTest, WhatIsNotFiniteGivesNoTorqueThatIsNotFinite) {
     for (int number = 0; number < 20; ++number) {
       Bench bench(params_);
       for (int i = 0; i < 100; ++i) {
-        TeleopLoopInput input = bench.input();
+        TeleopLoopInput<SerialArm<7>> input = bench.input();
         if (i >= 50 && i < 60) {
           if (number < 7) {
             input.q(number) = bad;
@@ -179,10 +180,10 @@ TEST_P(TeleopLoopTest, WhatIsNotFiniteGivesNoTorqueThatIsNotFinite) {
           }
         }
         bench.Step(input);
-        ASSERT_TRUE(bench.state().torque().allFinite()) << number;
+        ASSERT_TRUE(bench.state().command().allFinite()) << number;
         ASSERT_TRUE(bench.state().haptic.output.device_wrench.allFinite());
       }
-      const TeleopLoopState& state = bench.state();
+      const TeleopLoopState<SerialArm<7>>& state = bench.state();
       EXPECT_EQ(state.robot.output.bad_inputs, number < 14 ? 10 : 0) << number;
       EXPECT_EQ(state.sensor.adapter.bad_inputs, 10) << number;
     }
@@ -190,7 +191,7 @@ TEST_P(TeleopLoopTest, WhatIsNotFiniteGivesNoTorqueThatIsNotFinite) {
 }
 
 TEST_P(TeleopLoopTest, LayoutNamesEveryNumberOnce) {
-  const TeleopLoop dut(params_);
+  const TeleopLoop<SerialArm<7>> dut(params_);
   std::set<std::string> names;
   int start = 0;
   for (const SignalSlice& signal : dut.layout()) {
@@ -206,7 +207,7 @@ TEST_P(TeleopLoopTest, LayoutNamesEveryNumberOnce) {
 }
 
 TEST(TeleopLoopParamsTest, PartsAreCheckedTogether) {
-  TeleopLoopParams params = MakeParams(SchemeOf<DualProxyScheme>);
+  TeleopLoopParams<SerialArm<7>> params = MakeParams(SchemeOf<DualProxyScheme>);
   EXPECT_EQ(ValidationError(params), "no exception");
   params.haptic.scheme = SchemeOf<PositionForceScheme>;
   EXPECT_EQ(ValidationError(params),
@@ -217,14 +218,14 @@ TEST(TeleopLoopParamsTest, PartsAreCheckedTogether) {
   EXPECT_EQ(ValidationError(params),
             "TeleopLoopParams: field `device.period` expected "
             "robot.controller.period, got 0.002");
-  EXPECT_THROW(TeleopLoop{params}, std::invalid_argument);
+  EXPECT_THROW(TeleopLoop<SerialArm<7>>{params}, std::invalid_argument);
 }
 
 // Until the first period the arm is held where it is.
 TEST(TeleopLoopTest, HoldingTorqueCarriesTheArm) {
-  const TeleopLoop dut(MakeParams(SchemeOf<DualProxyScheme>));
-  SimulatedArm arm({}, MakeTestArm());
-  SimulatedArmState state = arm.MakeState(kTestArmAtRest);
+  const TeleopLoop<SerialArm<7>> dut(MakeParams(SchemeOf<DualProxyScheme>));
+  SimulatedArm<7> arm({}, MakeTestArm());
+  SimulatedArmState<7> state = arm.MakeState(kTestArmAtRest);
   for (int i = 0; i < 100; ++i) {
     arm.Update(dut.CalcHoldingTorque(state.q), &state);
   }

@@ -53,7 +53,7 @@ DATA = Path(
         Path(__file__).resolve().parents[2].parent / "shared" / "data",
     )
 )
-URDF = Path(dual_proxy.__path__[0]) / "models" / "panda.urdf"
+URDF = Path(dual_proxy.__path__[0]) / "robots" / "panda" / "panda.urdf"
 
 
 def box(name: str, position, size) -> SurfaceParams:

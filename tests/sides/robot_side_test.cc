@@ -24,8 +24,8 @@ const Matrix3d kAlongZ{Vector3d::UnitZ().asDiagonal()};
 class RobotSideTest : public ::testing::Test {
  protected:
   // An arm whose first six joints are the tool's six freedoms, 7 kg each.
-  RobotSideInput Input(int tick) {
-    RobotSideInput input;
+  RobotSideInput<SerialArm<7>> Input(int tick) {
+    RobotSideInput<SerialArm<7>> input;
     input.model.J_BE.leftCols<6>().setIdentity();
     input.model.mass = 7 * Matrix7::Identity();
     input.X_BE.p = Vector3d(0.4, 0, 0.3 + 1e-3 * random_.Normal());
@@ -44,27 +44,27 @@ class RobotSideTest : public ::testing::Test {
     return {.force = tick % 200 < 100 ? kAlongZ : Matrix3d::Zero()};
   }
 
-  RobotSide dut_;
-  RobotSideState state_ = dut_.MakeState();
+  RobotSide<SerialArm<7>> dut_;
+  RobotSideState<SerialArm<7>> state_ = dut_.MakeState();
   RandomStream random_{12};
 };
 
 // The side adds nothing to its half, its controller and perception.
 TEST_F(RobotSideTest, SameAsItsParts) {
-  const RobotSideParams params = dut_.params();
+  const RobotSideParams<SerialArm<7>> params = dut_.params();
   const RobotHalf half = Schemes::MakeRobotHalf(
       static_cast<int>(params.scheme),
       {.proxy = params.proxy, .sender = params.sender}, params.schemes);
-  const OperationalSpaceController controller(params.controller);
+  const OperationalSpaceController<7> controller(params.controller);
   const ContactPerception perception(params.perception);
   RobotHalf::State half_state = half.MakeState();
-  OperationalSpaceControllerState controller_state = controller.MakeState();
+  OperationalSpaceControllerState<7> controller_state = controller.MakeState();
   ContactPerceptionState perception_state = perception.MakeState(3, 4);
   state_ = dut_.MakeState(3, 4);
   bool found = false;
   for (int i = 0; i < 700; ++i) {
     const double time = 0.001 * i;
-    RobotSideInput input = Input(i);
+    RobotSideInput<SerialArm<7>> input = Input(i);
     dut_.Update(time, input, &state_);
 
     const ContactSelections selections =
@@ -73,7 +73,7 @@ TEST_F(RobotSideTest, SameAsItsParts) {
     half.Update(time,
                 {.message = input.message,
                  .X_BE = input.X_BE,
-                 .v_BE = CalcTwist(input.model.J_BE, input.v),
+                 .v_BE = CalcTwist(input.model, input.v),
                  .force_selection = selections.force,
                  .moment_selection = selections.moment,
                  .sensed_wrench = input.sensed_wrench},
@@ -119,7 +119,7 @@ TEST_F(RobotSideTest, SameAsItsParts) {
 // The filters rest, and what they had found does not count.
 TEST_F(RobotSideTest, SelectionFromOutsideReplacesPerception) {
   for (int i = 0; i < 300; ++i) {
-    RobotSideInput input = Input(i);
+    RobotSideInput<SerialArm<7>> input = Input(i);
     input.selections = Known(i);
     dut_.Update(0.001 * i, input, &state_);
     EXPECT_EQ(state_.output.selections.force, Known(i).force);
@@ -137,11 +137,11 @@ TEST_F(RobotSideTest, SelectionFromOutsideReplacesPerception) {
 // Where the scheme has no use for it there is none, and no signal of it.
 TEST_F(RobotSideTest, PerceptionIsThereForTheSchemesThatUseIt) {
   Schemes::ForEach([this]<typename S>() {
-    RobotSideParams params;
+    RobotSideParams<SerialArm<7>> params;
     params.scheme = SchemeOf<S>;
-    const RobotSide dut(params);
+    const RobotSide<SerialArm<7>> dut(params);
     EXPECT_EQ(dut.has_perception(), S::kUsesSelections) << S::kName;
-    RobotSideState state = dut.MakeState();
+    RobotSideState<SerialArm<7>> state = dut.MakeState();
     for (int i = 0; i < 200; ++i) dut.Update(0.001 * i, Input(i), &state);
     EXPECT_EQ(state.perception.force.filter.updates > 0, S::kUsesSelections);
     bool named = false;
@@ -154,7 +154,7 @@ TEST_F(RobotSideTest, PerceptionIsThereForTheSchemesThatUseIt) {
 
 // A sensor that goes, or is tared, in the middle of a contact.
 TEST_F(RobotSideTest, WithoutASensorItHoldsItsPlaceAndPushesForNothing) {
-  RobotSideInput input = Input(0);
+  RobotSideInput<SerialArm<7>> input = Input(0);
   input.v.setZero();
   input.selections = Known(0);
   input.sensed_wrench << 0, 0, -6, 0, 0, 0;
@@ -184,7 +184,7 @@ TEST_F(RobotSideTest, WithoutASensorItHoldsItsPlaceAndPushesForNothing) {
 TEST_F(RobotSideTest, RefusedCyclesAddNothingToTheMeans) {
   dut_.Update(0, Input(0), &state_);
   const auto before = state_.perception.force.means.mean;
-  RobotSideInput bad = Input(1);
+  RobotSideInput<SerialArm<7>> bad = Input(1);
   bad.sensed_wrench(2) = std::numeric_limits<double>::quiet_NaN();
   dut_.Update(0.001, bad, &state_);
   EXPECT_EQ(state_.output.bad_inputs, 1);
@@ -197,7 +197,7 @@ TEST_F(RobotSideTest, RefusedCyclesAddNothingToTheMeans) {
 
 TEST_F(RobotSideTest, RefusedCyclesCountOnceWhoeverRefuses) {
   dut_.Update(0, Input(0), &state_);
-  RobotSideInput bad = Input(1);
+  RobotSideInput<SerialArm<7>> bad = Input(1);
   bad.sensed_wrench(2) = std::numeric_limits<double>::quiet_NaN();
   dut_.Update(0.001, bad, &state_);
   EXPECT_EQ(state_.half.output().bad_inputs, 1);
@@ -234,7 +234,7 @@ TEST_F(RobotSideTest, LayoutNamesWhatIsWritten) {
 
 TEST_F(RobotSideTest, CopyContinuesAlikeWithoutAllocation) {
   for (int i = 0; i < 99; ++i) dut_.Update(0.001 * i, Input(i), &state_);
-  RobotSideState copy = state_;
+  RobotSideState<SerialArm<7>> copy = state_;
   VectorXd vector(SizeOf(dut_.layout()));
   Eigen::Ref<VectorXd> numbers(vector);
   RandomStream at_fork = random_;
@@ -253,14 +253,14 @@ TEST_F(RobotSideTest, CopyContinuesAlikeWithoutAllocation) {
 }
 
 TEST_F(RobotSideTest, ParamsAreCheckedTogether) {
-  RobotSideParams params;
+  RobotSideParams<SerialArm<7>> params;
   params.controller.period = 0.002;
   EXPECT_EQ(ValidationError(params),
             "RobotSideParams: field `controller.period` expected the proxy's "
             "period, got 0.002");
   params = {};
   params.sender.period = 0.002;
-  EXPECT_THROW(RobotSide{params}, std::invalid_argument);
+  EXPECT_THROW(RobotSide<SerialArm<7>>{params}, std::invalid_argument);
   params = {};
   params.perception.filter.period = 0.0001;
   EXPECT_EQ(ValidationError(params),

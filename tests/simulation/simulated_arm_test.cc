@@ -37,7 +37,7 @@ constexpr double kRadius = 0.01;
 // A half-space at the tool's side: its surface is `gap` away in direction
 // `normal`.
 ContactSurfaceParams MakePlane(const Vector3d& normal, double gap) {
-  const SimulatedArm arm(MakeParams(), MakeTestArm());
+  const SimulatedArm<7> arm(MakeParams(), MakeTestArm());
   const Vector3d p_BE = arm.MakeState(kTestArmAtRest).X_BE.p;
   ContactSurfaceParams plane;
   plane.position = p_BE + (kRadius + gap) * normal;
@@ -55,7 +55,7 @@ class Pusher {
  public:
   explicit Pusher(double damping) : damping_(damping) {}
 
-  Vector7 CalcTorque(const SimulatedArmState& state,
+  Vector7 CalcTorque(const SimulatedArmState<7>& state,
                      const Vector3d& force) const {
     Vector6 wrench;
     wrench << force - damping_ * state.v_BE.head<3>(),
@@ -67,15 +67,15 @@ class Pusher {
 
  private:
   double damping_;
-  Matrix3d R_{SimulatedArm(MakeParams(), MakeTestArm())
+  Matrix3d R_{SimulatedArm<7>(MakeParams(), MakeTestArm())
                   .MakeState(kTestArmAtRest)
                   .X_BE.R};
 };
 
-SimulatedArmState Push(const SimulatedArm& arm, const Vector3d& force,
-                       double seconds, double damping = 50) {
+SimulatedArmState<7> Push(const SimulatedArm<7>& arm, const Vector3d& force,
+                          double seconds, double damping = 50) {
   const Pusher pusher(damping);
-  SimulatedArmState state = arm.MakeState(kTestArmAtRest);
+  SimulatedArmState<7> state = arm.MakeState(kTestArmAtRest);
   const int periods = static_cast<int>(seconds / arm.params().period + 0.5);
   for (int i = 0; i < periods; ++i) {
     arm.Update(pusher.CalcTorque(state, force), &state);
@@ -83,20 +83,20 @@ SimulatedArmState Push(const SimulatedArm& arm, const Vector3d& force,
   return state;
 }
 
-double KineticEnergy(const SimulatedArmState& state) {
+double KineticEnergy(const SimulatedArmState<7>& state) {
   return 0.5 * state.v.dot(state.terms.mass * state.v);
 }
 
 TEST(SimulatedArmTest, KineticEnergyIsKeptTheBetterTheShorterTheStep) {
-  ArmModelParams arm = MakeTestArm();
+  ArmModelParams<7> arm = MakeTestArm();
   arm.gravity.setZero();
   const Vector7 v{{1, -0.7, 0.5, 0.8, -1, 0.6, 1.5}};
   const auto calc_error = [&](double time_step) {
     SimulatedArmParams params = MakeParams();
     params.period = 0.1;
     params.time_step = time_step;
-    const SimulatedArm dut(params, arm);
-    SimulatedArmState state = dut.MakeState(kTestArmAtRest, v);
+    const SimulatedArm<7> dut(params, arm);
+    SimulatedArmState<7> state = dut.MakeState(kTestArmAtRest, v);
     const double start = KineticEnergy(state);
     for (int i = 0; i < 10; ++i) dut.Update(Vector7::Zero(), &state);
     return std::abs(KineticEnergy(state) / start - 1);
@@ -107,13 +107,35 @@ TEST(SimulatedArmTest, KineticEnergyIsKeptTheBetterTheShorterTheStep) {
   EXPECT_NEAR(calc_error(5e-4) / calc_error(2.5e-4), 2, 0.1);
 }
 
+TEST(SimulatedArmTest, WithSixJointsEnergyIsKeptTheBetterTheShorterTheStep) {
+  ArmModelParams<6> arm = MakeSixJointArm();
+  arm.gravity.setZero();
+  const JointVector<6> v{{1, -0.7, 0.5, 0.8, -1, 1.5}};
+  const auto calc_error = [&](double time_step) {
+    SimulatedArmParams params = MakeParams();
+    params.period = 0.1;
+    params.time_step = time_step;
+    const SimulatedArm<6> dut(params, arm);
+    SimulatedArmState<6> state = dut.MakeState(kSixJointArmAtRest, v);
+    const auto energy = [&state] {
+      return 0.5 * state.v.dot(state.terms.mass * state.v);
+    };
+    const double start = energy();
+    for (int i = 0; i < 10; ++i) dut.Update(JointVector<6>::Zero(), &state);
+    return std::abs(energy() / start - 1);
+  };
+  const double coarse = calc_error(1e-3);
+  EXPECT_LT(coarse, 2e-2);
+  EXPECT_NEAR(coarse / calc_error(5e-4), 2, 0.2);
+}
+
 TEST(SimulatedArmTest, FallConverges) {
   const auto fall = [](double time_step) {
     SimulatedArmParams params = MakeParams();
     params.period = 0.5;
     params.time_step = time_step;
-    const SimulatedArm dut(params, MakeTestArm());
-    SimulatedArmState state = dut.MakeState(kTestArmAtRest);
+    const SimulatedArm<7> dut(params, MakeTestArm());
+    SimulatedArmState<7> state = dut.MakeState(kTestArmAtRest);
     dut.Update(Vector7::Zero(), &state);
     return state.q;
   };
@@ -126,9 +148,9 @@ TEST(SimulatedArmTest, FallConverges) {
 
 TEST(SimulatedArmTest, AtRestTheSurfaceCarriesThePush) {
   const ContactSurfaceParams floor = MakePlane(kDown, 1e-3);
-  const SimulatedArm dut(MakeParams(), MakeTestArm(), {{floor}, kRadius});
+  const SimulatedArm<7> dut(MakeParams(), MakeTestArm(), {{floor}, kRadius});
   const Vector3d push(0, 0, -8);
-  const SimulatedArmState state = Push(dut, push, 3);
+  const SimulatedArmState<7> state = Push(dut, push, 3);
   EXPECT_LT(state.v.norm(), 1e-6);
   EXPECT_LT((state.truth.force() - push).norm(), 1e-4);
   EXPECT_EQ(state.truth.CalcNormal(), kDown);
@@ -145,11 +167,11 @@ TEST(SimulatedArmTest, SensorFeelsWeightInertiaAndLever) {
   // Nothing is beyond the tool: what the arm does to it is all it takes.
   SimulatedArmParams params = MakeParams();
   params.tool_com = {0.02, -0.01, 0.05};
-  const ArmModelParams arm = MakeTestArm();
-  const SimulatedArm dut(params, arm);
-  SimulatedArmState state = dut.MakeState(
+  const ArmModelParams<7> arm = MakeTestArm();
+  const SimulatedArm<7> dut(params, arm);
+  SimulatedArmState<7> state = dut.MakeState(
       kTestArmAtRest, Vector7{{0.5, -0.4, 0.3, 0.6, -0.5, 0.8, 1}});
-  const auto calc_com = [&](const SimulatedArmState& at) -> Vector3d {
+  const auto calc_com = [&](const SimulatedArmState<7>& at) -> Vector3d {
     return at.X_BE.p + at.X_BE.R * (params.tool_com - params.p_SE);
   };
   // Momentum from poses alone, by differences.
@@ -175,7 +197,7 @@ TEST(SimulatedArmTest, SensorFeelsWeightInertiaAndLever) {
   }
 
   // Hanging still, the moment is that of the weight.
-  SimulatedArmState still = dut.MakeState(kTestArmAtRest);
+  SimulatedArmState<7> still = dut.MakeState(kTestArmAtRest);
   dut.Update(-still.terms.gravity, &still);
   const Vector3d weight =
       still.X_BE.R.transpose() * (params.tool_mass * arm.gravity);
@@ -187,8 +209,8 @@ TEST(SimulatedArmTest, SensorFeelsWeightInertiaAndLever) {
 TEST(SimulatedArmTest, FrictionIsMuTimesTheNormalForceAndAgainstTheMotion) {
   ContactSurfaceParams floor = MakePlane(kDown, 0);
   floor.friction = 0.3;
-  const SimulatedArm dut(MakeParams(), MakeTestArm(), {{floor}, kRadius});
-  const SimulatedArmState state = Push(dut, {3, 4, -8}, 0.5);
+  const SimulatedArm<7> dut(MakeParams(), MakeTestArm(), {{floor}, kRadius});
+  const SimulatedArmState<7> state = Push(dut, {3, 4, -8}, 0.5);
   const Vector3d force = state.truth.force();
   EXPECT_NEAR(force.z(), -8, 0.1);
   EXPECT_NEAR(force.head<2>().norm(), -0.3 * force.z(), 1e-9);
@@ -207,9 +229,9 @@ TEST(SimulatedArmTest, SticksOnASlopeWithoutCreeping) {
   ContactSurfaceParams slope = MakePlane(normal, 0);
   const auto slide = [&](double friction) {
     slope.friction = friction;
-    const SimulatedArm dut(MakeParams(), MakeTestArm(), {{slope}, kRadius});
+    const SimulatedArm<7> dut(MakeParams(), MakeTestArm(), {{slope}, kRadius});
     const Pusher pusher(50);
-    SimulatedArmState state = Push(dut, 8 * kDown, 2);
+    SimulatedArmState<7> state = Push(dut, 8 * kDown, 2);
     const Vector3d start = state.X_BE.p;
     for (int i = 0; i < 2000; ++i) {
       dut.Update(pusher.CalcTorque(state, 8 * kDown), &state);
@@ -227,11 +249,11 @@ TEST(SimulatedArmTest, ImpactDoesNotAddEnergyAtAnyStiffness) {
       floor.stiffness = stiffness;
       floor.friction = friction;
       floor.dissipation = 0;
-      ArmModelParams arm = MakeTestArm();
+      ArmModelParams<7> arm = MakeTestArm();
       arm.gravity.setZero();
-      const SimulatedArm dut(MakeParams(), arm, {{floor}, kRadius});
+      const SimulatedArm<7> dut(MakeParams(), arm, {{floor}, kRadius});
       // Down at 1 m/s, and to the side.
-      SimulatedArmState state = dut.MakeState(kTestArmAtRest);
+      SimulatedArmState<7> state = dut.MakeState(kTestArmAtRest);
       Vector6 twist;
       twist << 0.3, 0.1, -1, 0, 0, 0;
       const Vector7 v =
@@ -259,10 +281,10 @@ TEST(SimulatedArmTest, TwoSurfacesInACorner) {
     ContactSurfaceParams wall = MakePlane(Vector3d::UnitY(), 1e-3);
     floor.friction = friction;
     wall.friction = friction;
-    const SimulatedArm dut(MakeParams(), MakeTestArm(),
-                           {{floor, wall}, kRadius});
+    const SimulatedArm<7> dut(MakeParams(), MakeTestArm(),
+                              {{floor, wall}, kRadius});
     const Vector3d push(0, 5, -8);
-    const SimulatedArmState state = Push(dut, push, 3);
+    const SimulatedArmState<7> state = Push(dut, push, 3);
     EXPECT_LT(state.v.norm(), 1e-5);
     EXPECT_LT((state.truth.force() - push).norm(), 1e-3);
     EXPECT_EQ(state.truth.dimension(), 2);
@@ -281,8 +303,8 @@ TEST(SimulatedArmTest, FlatToolOnAPlane) {
       0;
   ContactSurfaceParams floor = MakePlane(kDown, 1e-3);
   floor.friction = 0.3;
-  const SimulatedArm dut(params, MakeTestArm(), {{floor}, kRadius});
-  const SimulatedArmState state = Push(dut, {0, 0, -8}, 3);
+  const SimulatedArm<7> dut(params, MakeTestArm(), {{floor}, kRadius});
+  const SimulatedArmState<7> state = Push(dut, {0, 0, -8}, 3);
   EXPECT_LT(state.v.norm(), 1e-6);
   EXPECT_LT((state.truth.force() - Vector3d(0, 0, -8)).norm(), 1e-3);
   EXPECT_EQ(state.truth.dimension(), 1);
@@ -299,14 +321,14 @@ TEST(SimulatedArmTest, PeriodIsDividedIntoEqualSteps) {
     SimulatedArmParams params = MakeParams();
     params.period = period;
     params.time_step = time_step;
-    const SimulatedArm dut(params, MakeTestArm(), {{floor}, kRadius});
-    SimulatedArmState state = dut.MakeState(kTestArmAtRest);
+    const SimulatedArm<7> dut(params, MakeTestArm(), {{floor}, kRadius});
+    SimulatedArmState<7> state = dut.MakeState(kTestArmAtRest);
     for (int i = 0; i < updates; ++i) {
       dut.Update(-0.9 * dut.MakeState(kTestArmAtRest).terms.gravity, &state);
     }
     return state;
   };
-  const SimulatedArmState expected = run(5e-4, 5e-4, 40);
+  const SimulatedArmState<7> expected = run(5e-4, 5e-4, 40);
   EXPECT_EQ(run(2e-3, 5e-4, 10).q, expected.q);
   EXPECT_EQ(run(2e-3, 6e-4, 10).q, expected.q);
   EXPECT_EQ(run(5e-4, 1, 40).reaction, expected.reaction);
@@ -314,9 +336,9 @@ TEST(SimulatedArmTest, PeriodIsDividedIntoEqualSteps) {
 }
 
 TEST(SimulatedArmTest, BadTorqueActsAsZero) {
-  const SimulatedArm dut(MakeParams(), MakeTestArm());
-  SimulatedArmState state = dut.MakeState(kTestArmAtRest);
-  SimulatedArmState expected = state;
+  const SimulatedArm<7> dut(MakeParams(), MakeTestArm());
+  SimulatedArmState<7> state = dut.MakeState(kTestArmAtRest);
+  SimulatedArmState<7> expected = state;
   dut.Update(Vector7::Zero(), &expected);
   Vector7 torque = Vector7::Ones();
   torque(3) = kNan;
@@ -329,8 +351,8 @@ TEST(SimulatedArmTest, BadTorqueActsAsZero) {
 TEST(SimulatedArmTest, DoesNotAllocate) {
   ContactSurfaceParams floor = MakePlane(kDown, -1e-3);
   floor.friction = 0.3;
-  const SimulatedArm dut(MakeParams(), MakeTestArm(), {{floor}, kRadius});
-  SimulatedArmState state = dut.MakeState(kTestArmAtRest);
+  const SimulatedArm<7> dut(MakeParams(), MakeTestArm(), {{floor}, kRadius});
+  SimulatedArmState<7> state = dut.MakeState(kTestArmAtRest);
   ScopedNoAlloc guard;
   dut.Update(Vector7::Zero(), &state);
   EXPECT_EQ(guard.count(), 0);
@@ -369,11 +391,11 @@ TEST(SimulatedArmTest, ErrorsNameFieldRangeAndValue) {
 
   params = MakeParams();
   params.tool_mass = 1.3;
-  EXPECT_EQ(InvalidArgument([&] { SimulatedArm(params, MakeTestArm()); }),
+  EXPECT_EQ(InvalidArgument([&] { SimulatedArm<7>(params, MakeTestArm()); }),
             who + "tool_mass` expected a number in [0, 1.2], got 1.3");
-  EXPECT_THROW(SimulatedArm(MakeParams(), MakeTestArm(), {{}, -1}),
+  EXPECT_THROW(SimulatedArm<7>(MakeParams(), MakeTestArm(), {{}, -1}),
                std::invalid_argument);
-  const SimulatedArm dut(MakeParams(), MakeTestArm());
+  const SimulatedArm<7> dut(MakeParams(), MakeTestArm());
   EXPECT_EQ(InvalidArgument([&] {
               dut.MakeState(Vector7::Constant(kNan));
             }).find("SimulatedArm: field `q` expected finite values"),

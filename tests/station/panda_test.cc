@@ -46,7 +46,7 @@ using Vector14 = Eigen::Matrix<double, 14, 1>;
 
 const double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kGravity = 9.81;
-const ArmLimits kLimits;
+const ArmLimits<7> kLimits;
 
 Vector7 RandomBetween(const Vector7& low, const Vector7& high,
                       RandomStream* random) {
@@ -132,14 +132,14 @@ class Bench {
     model_.Calc(x.head<7>(), v_, &X_BE, &terms_);
   }
 
-  ArmModel model_;
+  ArmModel<7> model_;
   PandaScene scene_;
   const SensorReactionSystem* reaction_{};
   const ContactTruthSystem* truth_{};
   std::unique_ptr<Diagram<double>> diagram_;
   std::unique_ptr<Simulator<double>> simulator_;
   Vector7 v_;
-  ModelTerms terms_;
+  ModelTerms<7> terms_;
 };
 
 SurfaceParams MakeBox(const char* name, const Vector3d& center,
@@ -171,7 +171,7 @@ TEST(PandaModelTest, TermsEqualThePlants) {
     DiagramBuilder<double> builder;
     const MultibodyPlant<double>& plant =
         *AddPandaScene(&builder, params, kPandaQRest, false).plant;
-    const ArmModel dut(PandaModel(tool_mass).arm_params());
+    const ArmModel<7> dut(PandaModel(tool_mass).arm_params());
     const auto context = plant.CreateDefaultContext();
     const auto& world = plant.world_frame();
     const auto& tool_point = plant.GetFrameByName("tool_point");
@@ -191,7 +191,7 @@ TEST(PandaModelTest, TermsEqualThePlants) {
       plant.SetPositions(context.get(), q);
       plant.SetVelocities(context.get(), v);
       Pose X_BE;
-      ModelTerms terms;
+      ModelTerms<7> terms;
       dut.Calc(q, v, &X_BE, &terms);
 
       // Relative to the value's size.
@@ -227,8 +227,8 @@ TEST(PandaModelTest, TermsEqualThePlants) {
 }
 
 TEST(PandaModelTest, ToolMassAndGravityReachTheModel) {
-  const ArmModelParams normal = PandaModel().arm_params();
-  const ArmModelParams heavy = PandaModel(kToolMass + 1, 0).arm_params();
+  const ArmModelParams<7> normal = PandaModel().arm_params();
+  const ArmModelParams<7> heavy = PandaModel(kToolMass + 1, 0).arm_params();
   EXPECT_EQ(normal.gravity, Vector3d(0, 0, -kGravity));
   EXPECT_EQ(heavy.gravity, Vector3d::Zero());
   EXPECT_EQ(heavy.mass.head<6>(), normal.mass.head<6>());
@@ -257,8 +257,8 @@ class PandaInverseKinematicsTest : public ::testing::Test {
  protected:
   Pose CalcPose(const Vector7& q) const {
     Pose X_BE;
-    ModelTerms terms;
-    ArmModel(dut_.arm_params()).Calc(q, Vector7::Zero(), &X_BE, &terms);
+    ModelTerms<7> terms;
+    ArmModel<7>(dut_.arm_params()).Calc(q, Vector7::Zero(), &X_BE, &terms);
     return X_BE;
   }
 

@@ -78,8 +78,8 @@ struct DualProxyScheme {
   using RobotHalf = DualProxyRobotHalf;
   using HapticHalf = DualProxyHapticHalf;
 
-  static void ApplyPresets(RobotSideProxyParams*,
-                           OperationalSpaceControllerParams*) {}
+  template <typename ControllerParams>
+  static void ApplyPresets(RobotSideProxyParams*, ControllerParams*) {}
 };
 
 }  // namespace dual_proxy

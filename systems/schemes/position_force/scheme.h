@@ -110,8 +110,9 @@ struct PositionForceScheme {
 
   /** The paper's gains for its two-channel controller; none of what the dual
   proxy's adds. */
+  template <typename ControllerParams>
   static void ApplyPresets(RobotSideProxyParams* proxy,
-                           OperationalSpaceControllerParams* controller) {
+                           ControllerParams* controller) {
     controller->position_stiffness = 100;
     controller->position_damping = 20;
     controller->feed_forward = false;

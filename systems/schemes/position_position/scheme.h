@@ -159,8 +159,8 @@ struct PositionPositionScheme {
   using RobotHalf = PositionPositionRobotHalf;
   using HapticHalf = PositionPositionHapticHalf;
 
-  static void ApplyPresets(RobotSideProxyParams*,
-                           OperationalSpaceControllerParams*) {}
+  template <typename ControllerParams>
+  static void ApplyPresets(RobotSideProxyParams*, ControllerParams*) {}
 };
 
 }  // namespace dual_proxy
