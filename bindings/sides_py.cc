@@ -12,6 +12,14 @@ namespace dual_proxy {
 
 namespace {
 
+template <typename Side, typename State>
+void CheckState(const Side& side, const State& state) {
+  if (!side.IsCompatible(state)) {
+    throw py::value_error(
+        "`state` expected one that a side with the same scheme has made");
+  }
+}
+
 // Arrays are handed out as copies: the state goes on changing.
 constexpr auto kCopy = py::return_value_policy::copy;
 
@@ -199,6 +207,7 @@ void BindRobotSide(py::module_& m) {
               const py::object& force_selection,
               const py::object& moment_selection,
               const py::object& sensed_wrench, S& state, bool sensor_ready) {
+            CheckState(self, state);
             self.Update(
                 time,
                 {.message = MessageFromPython(message),
@@ -297,6 +306,7 @@ void BindHapticSide(py::module_& m) {
              const py::object& device_position,
              const py::object& device_rotation,
              const py::object& device_velocity, S& state) {
+            CheckState(self, state);
             self.Update(
                 time,
                 {.message = MessageFromPython(message),

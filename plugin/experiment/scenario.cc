@@ -241,6 +241,21 @@ void Scenario::CheckFields() {
   VisitFields(&checker, true);
 }
 
+void Scenario::CheckStart() const {
+  const std::vector<SurfaceParams> surfaces = scene.AllSurfaces();
+  const std::vector<ContactSurfaceParams> solids = scene.ContactSurfaces();
+  for (std::size_t i = 0; i < solids.size(); ++i) {
+    const double distance =
+        ContactSurface(solids[i]).CalcDistance(scene.start_position).value;
+    if (distance < 0) {
+      throw ScenarioError(Join(name, ".scene.start_position: expected a place ",
+                               "outside of the scene's surfaces, got one ",
+                               -distance, " m inside of \"", surfaces[i].name,
+                               "\""));
+    }
+  }
+}
+
 void Scenario::CheckAcross() const {
   const double delay = link.delay();
   const double rate = link.rate();
@@ -268,6 +283,7 @@ void Scenario::CheckAcross() const {
         Join(name, ".angular_filter.period: expected at least control_period (",
              control_period, " s), got ", angular_filter.filter.period));
   }
+  CheckStart();
   if (robot == RobotKind::kPointMass) CheckPointMass();
   CheckPeriods();
   if (sensor.tare && sensor.force_noise_std >= sensor.tare_max_noise) {

@@ -337,6 +337,7 @@ struct Scenario {
  private:
   void CheckFields();
   void CheckAcross() const;
+  void CheckStart() const;
   void CheckPointMass() const;
   void CheckPeriods() const;
   void CheckAgainstNoise(const std::string& section,

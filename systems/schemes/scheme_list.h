@@ -50,9 +50,14 @@ class AnyHalf {
     return state;
   }
 
+  /** Whether a state was made by a half of the same scheme. */
+  bool IsCompatible(const State& state) const noexcept {
+    return half_.index() == state.state_.index();
+  }
+
   /** Advances by one period; the results are in state->output().
   @param time s, not decreasing.
-  @pre `state` was made by MakeState() of this half. No heap, no throw. */
+  @pre IsCompatible(*state). No heap, no throw. */
   void Update(double time, const Input& input, State* state) const noexcept {
     std::visit(
         [&](const auto& half) {

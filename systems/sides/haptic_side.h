@@ -86,6 +86,11 @@ class HapticSide {
   void Update(double time, const HapticSideInput& input,
               HapticSideState* state) const noexcept;
 
+  /** Whether Update() can work on a state: it is of a side with this scheme. */
+  bool IsCompatible(const HapticSideState& state) const noexcept {
+    return half_.IsCompatible(state.half);
+  }
+
   /** Lists the signals of a state, or writes them. No heap if it writes. */
   void VisitSignals(const HapticSideState& state, SignalSink* sink) const;
 

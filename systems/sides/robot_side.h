@@ -123,6 +123,11 @@ class RobotSide {
   @param time s, not decreasing: the clock by which messages are stamped. */
   void Update(double time, const Input& input, State* state) const noexcept;
 
+  /** Whether Update() can work on a state: it is of a side with this scheme. */
+  bool IsCompatible(const State& state) const noexcept {
+    return half_.IsCompatible(state.half);
+  }
+
   /** Lists the signals of a state, or writes them. No heap if it writes. */
   void VisitSignals(const State& state, SignalSink* sink) const;
 

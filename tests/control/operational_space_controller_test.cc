@@ -596,9 +596,9 @@ TEST(SixJointControllerTest, TheToolAcceleratesAsAsked) {
 }
 
 TEST(SixJointControllerTest, HasNoLimitsOfItsOwn) {
-  EXPECT_NE(
-      ValidationError(OperationalSpaceControllerParams<6>{}).find("upper[0]"),
-      std::string::npos);
+  const std::string error =
+      ValidationError(OperationalSpaceControllerParams<6>{});
+  EXPECT_NE(error.find("speed[0]"), std::string::npos) << error;
 }
 
 }  // namespace

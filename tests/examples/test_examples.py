@@ -33,6 +33,7 @@ def test_every_example_is_tested():
     assert {path.name for path in EXAMPLES.glob("*.py")} == {
         "01_filter_alone.py",
         "02_own_diagram.py",
+        "03_driver.py",
     }
 
 
@@ -51,6 +52,12 @@ def test_filter_alone_finds_the_wall():
             assert dimension == 1
             assert found[-1] < 15.0
     assert values(lines[-1])[0] > 1.5
+
+
+def test_driver_feels_what_pushes_the_robot():
+    lines = [values(line) for line in run("03_driver.py", "3")]
+    assert lines[0][-3:] == [0, 0, 0]
+    assert lines[-1][-1] > 1.0  # N, upwards.
 
 
 def test_own_diagram_goes_into_contact():

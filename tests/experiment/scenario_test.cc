@@ -291,6 +291,8 @@ TEST(ScenarioTest, DerivedKeysAndTheirSourcesExist) {
   visit("haptic_controller.", &dut.haptic_controller);
   visit("device.", &dut.device);
   visit("sensor.", &dut.sensor);
+  visit("point_controller.", &dut.point_controller);
+  visit("point_mass.", &dut.point_mass);
   for (const DerivedKey& derived : DerivedKeys()) {
     EXPECT_TRUE(std::ranges::count(all, derived.key)) << derived.key;
     EXPECT_FALSE(std::ranges::count(written, derived.key)) << derived.key;

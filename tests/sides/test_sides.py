@@ -264,3 +264,16 @@ def test_twist_is_the_one_that_update_uses():
         twist = dp.RobotSide.calc_twist(jacobian, v)
         np.testing.assert_array_equal(twist, state.velocity)
         np.testing.assert_allclose(twist, jacobian @ v, rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize("scheme", ["position_force", "position_position"])
+def test_the_state_of_another_scheme_is_refused(scheme):
+    robot, haptic = dp.RobotSide(), dp.HapticSide()
+    with pytest.raises(ValueError, match=r"`state` expected .* the same scheme"):
+        dp.RobotSide(dp.RobotSideParams(scheme=scheme)).update(
+            **robot_arguments(), state=robot.make_state()
+        )
+    with pytest.raises(ValueError, match=r"`state` expected .* the same scheme"):
+        dp.HapticSide(dp.HapticSideParams(scheme=scheme)).update(
+            **device_arguments(), state=haptic.make_state()
+        )
