@@ -286,7 +286,7 @@ def test_shared_values_are_written_once(plane):
         (
             "scene.start_position",
             [0.45, 0, 0.39],
-            r"plane.scene.start_position: expected .* 0.01 m inside of \"table\"",
+            r"plane.scene.start_position: expected .* 0.01\d* m inside of \"table\"",
         ),
         ("map.p_cw", [0, 0, 0], "is taken from plane.scene.start_position"),
         ("robot_proxy.map.scale", 1, "robot_proxy.map.scale: is taken from plane.map"),
