@@ -20,10 +20,10 @@
 #include <drake/multibody/tree/weld_joint.h>
 #include <drake/solvers/solve.h>
 
-#include "dual_proxy/faces/block_system.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/experiment/drake_scene.h"
 #include "dual_proxy/experiment/scenario_error.h"
+#include "dual_proxy/faces/block_system.h"
 
 namespace dual_proxy {
 
