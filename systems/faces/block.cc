@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/faces/block.h"
 
+#include <atomic>
+#include <utility>
+
 namespace dual_proxy {
 
 namespace {
@@ -94,6 +97,8 @@ std::shared_ptr<BlockMemory> Block::TakeSpare(const BlockMemory& from) const {
     }
   }
   if (spare) {
+    // What the thread that let go of it last has read comes before.
+    std::atomic_thread_fence(std::memory_order_acquire);
     Copy(from, spare.get());
     return spare;
   }

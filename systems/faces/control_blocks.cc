@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/faces/blocks.h"
+#include "dual_proxy/faces/shared_ports.h"
 
 namespace dual_proxy {
 
@@ -7,10 +8,6 @@ namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Vector14 = Eigen::Matrix<double, 14, 1>;
-
-struct Nothing {};
-
-constexpr PortText kRobotState{"robot_state", "[q; v], rad, rad/s"};
 
 class ArmKinematicsBlock final : public BlockOf<Nothing, Nothing> {
  public:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/faces/blocks.h"
-#include "dual_proxy/faces/found_ports.h"
+#include "dual_proxy/faces/shared_ports.h"
 
 namespace dual_proxy {
 
@@ -36,8 +36,7 @@ class TeleopLoopBlock final
   void ReadInputs(InputPorts* ports,
                   TeleopLoopInput<SerialArm<7>>* input) const override {
     Eigen::Matrix<double, 14, 1> x = Eigen::Matrix<double, 14, 1>::Zero();
-    ports->GetVector({"robot_state", "[q; v], rad, rad/s"}, &x,
-                     Need::kRequired);
+    ports->GetVector(kRobotState, &x, Need::kRequired);
     input->q = x.head<7>();
     input->v = x.tail<7>();
     input->has_reaction = ports->GetReaction({"reaction_forces", "the plant's"},

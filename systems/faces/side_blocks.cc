@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/faces/blocks.h"
-#include "dual_proxy/faces/found_ports.h"
+#include "dual_proxy/faces/shared_ports.h"
 
 namespace dual_proxy {
 
@@ -9,8 +9,6 @@ namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Vector14 = Eigen::Matrix<double, 14, 1>;
-
-constexpr PortText kRobotState{"robot_state", "[q; v], rad, rad/s"};
 
 // That of the simulated hardware, which steps with the side.
 void CheckPeriod(const char* who, const char* field, double period,

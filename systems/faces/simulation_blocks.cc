@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/faces/blocks.h"
+#include "dual_proxy/faces/shared_ports.h"
 
 namespace dual_proxy {
 
@@ -113,8 +114,6 @@ class SimulatedHapticDeviceBlock final
   OperatorPath path_;
   SimulatedHapticDevice device_;
 };
-
-struct Nothing {};
 
 class SensorReactionBlock final : public BlockOf<Nothing, Nothing> {
  public:

@@ -6,6 +6,14 @@
 
 namespace dual_proxy {
 
+/** @file
+What the blocks of several rooms say alike. */
+
+/** The input or the memory of a block that has none. */
+struct Nothing {};
+
+inline constexpr PortText kRobotState{"robot_state", "[q; v], rad, rad/s"};
+
 /** The ports that show what a filter has found. */
 inline void WriteFound(const ContactPerceptionState& perception,
                        OutputPorts* ports) {
