@@ -404,7 +404,7 @@ endforeach()
     ],
 )
 def test_flags_that_do_not_go_with_drake_are_refused(flag, message):
-    header = ROOT / "systems" / "common" / "drake_binary.h"
+    header = ROOT / "systems" / "faces" / "drake_binary.h"
     command = ["c++", "-std=c++20", "-x", "c++", "-E", flag, header]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (run.returncode == 0) == (message == "")
