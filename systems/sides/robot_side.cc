@@ -266,7 +266,7 @@ void RobotSide<Robot>::VisitSignals(const State& state,
     sink->Joints({"joint_velocity", "rad/s", "", "dq/dt"}, output.v);
     sink->Joints({"torque", "N m", "", "commanded"}, controller.torque);
   } else {
-    sink->Vector({"force", "N", "B", "commanded, of all that pushes a point"},
+    sink->Vector({"commanded_force", "N", "B", "of all that pushes a point"},
                  controller.force);
   }
   sink->Scalar({"observed_energy", "J", "", "of the closed force loop"},

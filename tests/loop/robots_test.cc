@@ -186,7 +186,8 @@ TEST(RobotSignalsTest, APointHasNoRotationsAndNoJoints) {
     EXPECT_TRUE(arm.contains(name)) << name;
     EXPECT_FALSE(point.contains(name)) << name;
   }
-  for (const char* name : {"force", "force_limited", "force_rate_limited"}) {
+  for (const char* name :
+       {"commanded_force", "force_limited", "force_rate_limited"}) {
     EXPECT_TRUE(point.contains(name)) << name;
     EXPECT_FALSE(arm.contains(name)) << name;
   }

@@ -71,7 +71,7 @@ def test_without_the_angular_filter_the_tool_rides_on_its_edge(run):
     assert tilt_deg(without.log.loc[6.0:]).mean() > 1.5
     assert list(without.metrics) == list(METRICS)
     assert list(run.metrics) == [*METRICS, *ANGULAR_METRICS]
-    of_a_point_mass = {"force", "force_limited", "force_rate_limited"}
+    of_a_point_mass = {"commanded_force", "force_limited", "force_rate_limited"}
     assert list(run.log.columns) == [
         column
         for name in SIGNALS
