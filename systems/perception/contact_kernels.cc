@@ -41,9 +41,8 @@ DUAL_PROXY_INLINE double Positive(double value) noexcept {
 }
 
 // Share of the normal force by which friction may be against the sliding, as
-// normals are not exact, and the standard deviation of mu.
+// normals are not exact.
 constexpr double kSlack = 0.05;
-constexpr double kFrictionStd = 0.15;
 
 // Keeps quotients of zero by zero at zero.
 constexpr double kTiny = 1e-18;
@@ -97,14 +96,10 @@ DUAL_PROXY_INLINE void WeighBody(ContactWeights w, const double* __restrict x,
     const double against = Positive(-forward - kSlack * normals);
     const double above = Positive(forward - bound);
     const double sticks = Positive(std::sqrt(friction2) - bound);
-    const double unusual = forward - w.usual_friction * normals;
-    const double doubt = kFrictionStd * normals;
     const double pulls = normal < 0 ? normal : 0;
     const double excess2 =
-        slides * (across2 + against * against + above * above +
-                  w.usual_weight * (unusual * unusual) /
-                      (1 + w.force_scale * (doubt * doubt))) +
-        (1 - slides) * (sticks * sticks) + pulls * pulls;
+        slides * (across2 + against * against + above * above) +
+        w.sticking_weight * (1 - slides) * (sticks * sticks) + pulls * pulls;
     // Far away from the force all normals are equally unlikely, but not zero.
     const double exponent = -0.5 * w.force_scale * excess2;
     result[i] =

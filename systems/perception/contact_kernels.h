@@ -42,13 +42,12 @@ struct ContactWeights {
   double other[3]{};
   double velocity_scale{};  ///< s^2/m^2: of the square of <rho, v>.
   double force_scale{};     ///< 1/N^2: 1 / sigma_f^2; zero: force says nothing.
-  double direction_scale{};  ///< m^2/s^2/N^2: (sigma_v / sigma_f)^2.
-  double friction{};         ///< mu at most.
-  double usual_friction{};   ///< mu of sliding so far,
-  double usual_weight{};     ///< if it is 1; 0 if none is known.
-  double other_force{};      ///< N: normal force of the other contacts.
-  double sliding_low{};      ///< m/s: sticks up to here.
-  double sliding_slope{};    ///< s/m: slides 1 / sliding_slope above that.
+  double direction_scale{};   ///< m^2/s^2/N^2: (sigma_v / sigma_f)^2.
+  double friction{};          ///< mu at most.
+  double sticking_weight{1};  ///< 0: what sticks says nothing of the normal.
+  double other_force{};       ///< N: normal force of the other contacts.
+  double sliding_low{};       ///< m/s: sticks up to here.
+  double sliding_slope{};     ///< s/m: slides 1 / sliding_slope above that.
 };
 
 /** The weight of each particle. */

@@ -9,6 +9,8 @@
 #include "dual_proxy/common/normal_stream.h"
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/serialize.h"
+#include "dual_proxy/perception/force_bias.h"
+#include "dual_proxy/perception/input_window.h"
 #include "dual_proxy/perception/particle_kernels.h"
 
 namespace dual_proxy {
@@ -24,9 +26,11 @@ struct FrictionConeParams {
   double contact_force{0.6};
   double loss_force{0.45};
   double compliance{2e-4};
-  double curvature{1};
+  double curvature{0.5};
   double torsion{0.05};
   double evidence{9};
+  double bias{0.55};
+  double bias_drift{0.02};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
@@ -66,6 +70,11 @@ struct FrictionConeParams {
     a->Visit(Field("evidence", &evidence, Above(0), "",
                    "log likelihood ratio of what is new to what was believed "
                    "that adds or drops a contact"));
+    a->Visit(Field("bias", &bias, Above(0), "N",
+                   "of a sensor whose bias is not learned yet, standard "
+                   "deviation per axis"));
+    a->Visit(Field("bias_drift", &bias_drift, Above(0), "N/sqrt(s)",
+                   "how the bias wanders, likewise"));
   }
 };
 
@@ -77,16 +86,37 @@ struct TrackedContact {
   Eigen::Matrix3d covariance{Eigen::Matrix3d::Zero()};
   /** lambda, N: its normal force. */
   double force{0};
-  /** N s, in B: of what was sensed since it was found, while it stuck. */
+  /** N s, in B: of what was sensed while it rested. */
   Eigen::Vector3d impulse{Eigen::Vector3d::Zero()};
-  /** m: how far it has slid; up to a limit friction is thought to be small. */
+  /** m, in B: how far it has slid, which forgets with time; and the farthest,
+  up to a limit of which friction may be tilting the force. */
+  Eigen::Vector3d displaced{Eigen::Vector3d::Zero()};
   double slid{0};
+  /** s: since its normal force was last much larger than before; N: that force;
+  N s: what it was pressed since it was found. */
+  double onset{0};
+  double onset_force{0};
+  double pressed{0};
+  /** m: how far the tool has lately moved along the normal, and on its way; N:
+  how much the normal force has grown meanwhile. All forget with time. */
+  double sunk{0};
+  double passed{0};
+  double grown{0};
+  /** N: the normal force of the update before, and smoothed. */
+  double last_force{0};
+  double smooth_force{0};
+  /** N m and N^2: of sinking and force, so that their quotient is what gives.
+   */
+  double give{0};
+  double give_weight{0};
   /** The evidence against it. */
   double loss{0};
   /** m: since its force last spoke for it, how far the tool has moved along the
   normal, and on its way; both forget with time. */
   double departed{0};
   double way{0};
+  /** 1/m, in B: what the normal turns by per metre that is slid. */
+  Eigen::Matrix3d shape{Eigen::Matrix3d::Zero()};
   /** In B: an expected normal over its variance (rad^2), or zero. */
   Eigen::Vector3d prior{Eigen::Vector3d::Zero()};
 };
@@ -98,11 +128,16 @@ struct ContactTrackerState {
   contact i. */
   std::array<TrackedContact, 3> contacts;
   int count{0};
+  /** The sensor's. */
+  ForceBiasState bias;
   /** N, in B: what these contacts and friction cannot explain. */
   Eigen::Vector3d unexplained{Eigen::Vector3d::Zero()};
   /** N s, in B: its integral while there is evidence for a new contact. */
   Eigen::Vector3d unexplained_impulse{Eigen::Vector3d::Zero()};
   double evidence{0};
+  /** s: how long two contacts that were foreseen have explained the one that is
+  believed. */
+  double foreseen_time{0};
   /** mu seen while sliding; negative as long as nothing has slid. */
   double friction{-1};
   /** s: since a contact was found, and the speed (m/s) at which it was. */
@@ -110,11 +145,27 @@ struct ContactTrackerState {
   double entry_speed{0};
   /** 0 to 1: how much of the contact slides. */
   double sliding{0};
+  /** 0 to 1: how much of its motion may be creeping, stuck to what gives. */
+  double creeping{0};
+  /** m, in B: how far the tool has moved lately. */
+  Eigen::Vector3d passed{Eigen::Vector3d::Zero()};
+  /** N^2: what is across the sliding though noise and bias explain less; rad^2:
+  how much of the sliding is into a surface; and how the friction that is seen
+  varies, as its square. */
+  double astray2{0};
+  double into2{0};
+  double friction_variance{0};
   /** The normal of the last contact that was lost, in B, and s since then. */
   Eigen::Vector3d lost_normal{Eigen::Vector3d::Zero()};
   double lost_time{0};
   /** N: size of the force, smoothed. */
   double force{0};
+  /** m/s, in B: smoothed. */
+  Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};
+  /** m/s: how fast it has lately moved along the normal, and how fast a surface
+  that moves has done so while the tool rested on it. */
+  double rising{0};
+  double surface_speed{0};
   /** m/s: how fast the tool may be sinking into what gives. */
   double sinking_speed{0};
 };
@@ -175,15 +226,13 @@ class ContactTracker {
   ContactTracker(const Params& params, int num_particles, double period,
                  InstructionSet instruction_set);
 
+  State MakeState() const;
+
   /** Advances by one period. Without contacts the particles are not touched,
   neither before nor after. No heap, no throw.
-  @param force  F_s, N, in B.
-  @param velocity  m/s, in B.
-  @param command  F_f, N, in B: commanded in force space; zero if that is not
-    known.
+  @param input  its command is zero if that is not known.
   @param[in,out] particles  those of the contacts that `state` knows. */
-  void Update(const Eigen::Vector3d& force, const Eigen::Vector3d& velocity,
-              const Eigen::Vector3d& command, const ContactPrior& prior,
+  void Update(const ContactInput& input, const ContactPrior& prior,
               const ContactParticles& particles, State* state) const noexcept;
 
   /** rad: the angle within which the true direction lies with 95 %: of the
@@ -194,20 +243,39 @@ class ContactTracker {
   double CalcCountConfidence(const State& state) const noexcept;
 
  private:
+  double CalcCompliance(const TrackedContact& contact) const noexcept;
   double CalcMaxFriction(const State& state) const noexcept;
+  double CalcSlidingFriction(const State& state) const noexcept;
+  void NoteCreeping(const Eigen::Vector3d& velocity,
+                    State* state) const noexcept;
+  void LearnMisfit(const Eigen::Vector3d& force,
+                   const Eigen::Vector3d& velocity,
+                   State* state) const noexcept;
   void NoteSinking(const Eigen::Vector3d& force,
                    const Eigen::Vector3d& velocity,
                    State* state) const noexcept;
   void Explain(const Eigen::Vector3d& force, const Eigen::Vector3d& velocity,
                State* state) const noexcept;
-  void Follow(int index, double other_force, const Eigen::Vector3d& force,
-              const Eigen::Vector3d& velocity,
-              const ContactParticles& particles, State* state) const noexcept;
+  void Follow(int index, double other_force, const ContactInput& input,
+              const ContactPrior& prior, const ContactParticles& particles,
+              State* state) const noexcept;
+  Eigen::Vector3d CalcPriorPull(const TrackedContact& contact,
+                                const ContactPrior& prior) const noexcept;
+  void AddContact(const TrackedContact& contact, const Eigen::Vector3d& normal,
+                  double std, const ContactParticles& particles,
+                  State* state) const noexcept;
+  void SplitForeseen(const Eigen::Vector3d& velocity, const ContactPrior& prior,
+                     const ContactParticles& particles,
+                     State* state) const noexcept;
   double CalcUnexplainedLevel(const Eigen::Vector3d& force,
                               const State& state) const noexcept;
   void LearnFriction(const Eigen::Vector3d& force,
                      const Eigen::Vector3d& velocity,
                      State* state) const noexcept;
+  void LearnBias(const Eigen::Vector3d& force, const Eigen::Vector3d& velocity,
+                 State* state) const noexcept;
+  void NoteSurfaceMotion(const TrackedContact& contact, double sinking,
+                         State* state) const noexcept;
   void NoteMotion(const Eigen::Vector3d& velocity, State* state) const noexcept;
   double CalcLossShare(const TrackedContact& contact,
                        const Eigen::Vector3d& command) const noexcept;
@@ -235,11 +303,20 @@ class ContactTracker {
   int num_particles_;
   double period_;
   InstructionSet instruction_set_;
+  ForceBias bias_;
   // Shares of the way that are gone in one period, by time constant.
   double smoothing_gain_;
   double friction_gain_;
+  double misfit_gain_;
+  double forgetting_gain_;
   double impulse_gain_;
+  double onset_decay_;
   double departure_decay_;
+  double sinking_decay_;
+  double creeping_decay_;
+  double surface_decay_;
+  double give_decay_;
+  double slide_decay_;
   // m: what the velocity's noise makes of a departure.
   double departure_noise_;
   double prior_decay_;

@@ -64,8 +64,9 @@ ForceSpaceParticleFilter::ForceSpaceParticleFilter(
     const Params& params, InstructionSet instruction_set)
     : params_(params),
       instruction_set_(instruction_set),
-      tracker_(params.friction_cone, params.num_particles, params.period,
-               instruction_set) {
+      window_(params.period),
+      tracker_(params.friction_cone, params.num_particles,
+               params.period * window_.size(), instruction_set) {
   params_.Validate();
   if (std::ranges::count(AvailableInstructionSets(), instruction_set) == 0) {
     ThrowInvalidField("ForceSpaceParticleFilter", "instruction_set",
@@ -79,6 +80,7 @@ ForceSpaceParticleFilterState ForceSpaceParticleFilter::MakeState(
   State state;
   state.random = RandomStream(seed);
   state.normals = NormalStream(seed);
+  state.tracker = tracker_.MakeState();
   state.particles.setZero(3, params_.num_particles);
   state.augmented->setZero(3, capacity());
   state.cumulative_weights->setZero(capacity());
@@ -151,9 +153,10 @@ FilterStatus ForceSpaceParticleFilter::UpdateInFull(
 FilterStatus ForceSpaceParticleFilter::UpdateContacts(
     const Eigen::Vector3d& sensed_force, const Eigen::Vector3d& velocity,
     const Eigen::Vector3d& contact_force, State* state) const noexcept {
+  ContactInput input{sensed_force, velocity, contact_force};
+  if (!window_.Add(&input, &state->inputs)) return FilterStatus::kOk;
   const int count_before = state->tracker.count;
-  tracker_.Update(sensed_force, velocity, contact_force,
-                  {&state->prior, state->num_priors, state->prior_std},
+  tracker_.Update(input, {&state->prior, state->num_priors, state->prior_std},
                   {ListOf(&state->particles), ListOf(&*state->augmented),
                    state->cumulative_weights->data(), state->chosen->data(),
                    &state->normals, &state->random},

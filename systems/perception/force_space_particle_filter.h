@@ -13,6 +13,7 @@
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/common/workspace.h"
 #include "dual_proxy/perception/contact_tracker.h"
+#include "dual_proxy/perception/input_window.h"
 
 namespace dual_proxy {
 
@@ -172,6 +173,7 @@ struct ForceSpaceParticleFilterState {
   double prior_std{0.1};
 
   /** Of Likelihood::kFrictionCone. */
+  InputWindowState inputs;
   ContactTrackerState tracker;
   /** U1, the main direction, in B; zero at dimension 0. */
   Eigen::Vector3d force_direction() const {
@@ -332,6 +334,7 @@ class ForceSpaceParticleFilter {
 
   Params params_;
   InstructionSet instruction_set_;
+  InputWindow window_;
   ContactTracker tracker_;
 };
 

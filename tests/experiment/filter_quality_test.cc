@@ -65,11 +65,14 @@ double Quantile(std::vector<double> values, double share) {
 struct Calibration {
   std::int64_t directions{0};  ///< Of the right dimension, 1 or 2:
   std::int64_t covered{0};     ///< error within the uncertainty.
-  std::int64_t confident{0};   ///< Says 0.93 to 0.97:
-  std::int64_t right{0};       ///< of the true dimension.
+  std::int64_t confident{0};   ///< Surer of the dimension than 0.9:
+  std::int64_t right{0};       ///< of the true one.
+  std::int64_t doubtful{0};    ///< Less sure than 0.5:
+  std::int64_t wrong{0};       ///< not of the true one.
 
   double coverage() const { return Share(covered, directions); }
   double right_share() const { return Share(right, confident); }
+  double wrong_share() const { return Share(wrong, doubtful); }
 
   /** Runs the filter once more over the inputs of a trial. */
   void Add(const FilterTrial& trial, const ForceSpaceParticleFilter& filter,
@@ -80,9 +83,12 @@ struct Calibration {
                     sample.contact_force, &state);
       ASSERT_EQ(state.dimension, sample.dimension);
       const bool is_right = sample.dimension == sample.true_dimension;
-      if (std::abs(state.dimension_confidence - 0.95) <= 0.02) {
+      if (state.dimension_confidence > 0.9) {
         ++confident;
         right += is_right;
+      } else if (state.dimension_confidence < 0.5) {
+        ++doubtful;
+        wrong += !is_right;
       }
       if (!is_right || state.dimension % 3 == 0) continue;
       ++directions;
@@ -95,6 +101,8 @@ struct Calibration {
     covered += other.covered;
     confident += other.confident;
     right += other.right;
+    doubtful += other.doubtful;
+    wrong += other.wrong;
   }
 };
 
@@ -202,9 +210,9 @@ TEST(FilterQualityTest, WhatItSaysOfItsOwnAccuracyIsTrue) {
   }
   EXPECT_GT(all.coverage(), 0.9);
   EXPECT_LT(all.coverage(), 0.99);
-  EXPECT_GT(all.confident, 500);
-  EXPECT_GT(all.right_share(), 0.85);
-  EXPECT_LT(all.right_share(), 0.99);
+  EXPECT_GT(all.right_share(), 0.95);
+  EXPECT_GT(all.doubtful, 200);
+  EXPECT_GT(all.wrong_share(), 0.4);
 }
 
 // No parameter is per update.
@@ -213,7 +221,9 @@ TEST(FilterQualityTest, PeriodMattersLittle) {
     for (const auto& [scene, result] : GetResults(rate)) {
       if (scene == Scene::kFree) continue;
       const Result& expected = GetResults(kRate).at(scene);
-      EXPECT_NEAR(result.right_dimension(), expected.right_dimension(), 0.05)
+      // One input decides nothing: at 15 Hz the second comes late.
+      EXPECT_NEAR(result.right_dimension(), expected.right_dimension(),
+                  rate < 60 ? 0.07 : 0.05)
           << rate << " Hz, " << EnumToString(scene);
       EXPECT_LT(Mean(result.metrics.direction_error),
                 1.5 * Mean(expected.metrics.direction_error) + 1.5)

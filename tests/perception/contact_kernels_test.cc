@@ -140,15 +140,12 @@ double Weigh(const ContactWeights& w, const Vector3d& rho) {
     const double across = (tangential - along * direction).norm();
     const double against = std::max(0.0, -along - 0.05 * normal_force);
     const double above = std::max(0.0, along - limit);
-    const double unusual = along - w.usual_friction * normal_force;
-    const double doubt = 0.15 * normal_force;
     e2 += slides * (across * across /
                         (1 + w.direction_scale * std::pow(along / speed, 2)) +
-                    against * against + above * above +
-                    w.usual_weight * unusual * unusual /
-                        (1 + w.force_scale * doubt * doubt));
+                    against * against + above * above);
   }
-  e2 += (1 - slides) * std::pow(std::max(0.0, tangential.norm() - limit), 2);
+  e2 += w.sticking_weight * (1 - slides) *
+        std::pow(std::max(0.0, tangential.norm() - limit), 2);
   return std::exp(std::max(-30.0, -0.5 * w.force_scale * e2)) /
          (1 + w.velocity_scale * into * into);
 }
@@ -186,10 +183,7 @@ TEST(ContactKernelsTest, WeightsAreWhatTheTextSaysWithTheSameBits) {
         DrawVector(trial % 4 == 0 ? 0.001 : 0.02, &random);
     ContactWeights w =
         MakeWeights(5 * normal + DrawVector(1, &random), velocity);
-    if (trial % 2 == 1) {
-      w.usual_weight = 1;
-      w.usual_friction = 0.3;
-    }
+    w.sticking_weight = trial % 2;
     if (trial % 3 == 1) {
       const Vector3d other = DrawVector(1, &random).normalized();
       Map<Vector3d> force(w.force);

@@ -13,7 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "dual_proxy/perception/force_space_particle_filter.h"
-#include "filter_test_support.h"
+#include "feeler.h"
 #include "no_alloc.h"
 
 // ContactTracker through ForceSpaceParticleFilter, which owns its particles.
@@ -26,88 +26,6 @@ using Eigen::Vector3d;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-const Vector3d kZero = Vector3d::Zero();
-const Vector3d kDown = -Vector3d::UnitZ();
-const Vector3d kWall = Vector3d::UnitX();
-const Vector3d kAlong = Vector3d::UnitY();
-
-Vector3d DrawVector(double size, RandomStream* random) {
-  Vector3d vector;
-  for (double& value : vector) value = size * random->Normal();
-  return vector;
-}
-
-/** `axis` turned by `deg` towards `to`, which is across it. */
-Vector3d Turned(const Vector3d& axis, const Vector3d& to, double deg) {
-  const double angle = deg * std::numbers::pi / 180;
-  return std::cos(angle) * axis + std::sin(angle) * to;
-}
-
-ForceSpaceParticleFilterParams MakeParams(double rate,
-                                          int num_particles = 1000) {
-  ForceSpaceParticleFilterParams params;
-  params.period = 1 / rate;
-  params.num_particles = num_particles;
-  return params;
-}
-
-/** A filter with sensors that are as noisy as real ones. */
-class Feeler {
- public:
-  explicit Feeler(double rate = 100, std::uint64_t seed = 1,
-                  double force_noise = 0.2)
-      : dut_(MakeParams(rate)),
-        state_(dut_.MakeState(seed)),
-        random_(seed + 100),
-        force_noise_(force_noise) {}
-
-  const ForceSpaceParticleFilterState& state() const { return state_; }
-  const ContactTrackerState& tracker() const { return state_.tracker; }
-  int dimension() const { return state_.dimension; }
-  Vector3d normal() const { return state_.singular_vectors.col(0); }
-  Vector3d free_axis() const { return state_.singular_vectors.col(2); }
-
-  void Update(const Vector3d& force, const Vector3d& velocity) {
-    const FilterStatus status = dut_.Update(
-        force + DrawVector(force_noise_, &random_),
-        velocity + DrawVector(0.0005, &random_), kZero, kZero, &state_);
-    ASSERT_EQ(status, FilterStatus::kOk);
-    if (state_.updates % 10 == 0) ExpectInvariants(state_);
-  }
-
-  /** For `time` s. */
-  void Feel(const Vector3d& force, const Vector3d& velocity, double time) {
-    const long updates = std::lround(time / dut_.params().period);
-    for (long i = 0; i < updates; ++i) Update(force, velocity);
-  }
-
-  /** Updates until the dimension is `dimension`, or `limit`. */
-  int Count(int dimension, const Vector3d& force, const Vector3d& velocity,
-            int limit = 1000) {
-    for (int i = 1; i <= limit; ++i) {
-      Update(force, velocity);
-      if (state_.dimension == dimension) return i;
-    }
-    return limit;
-  }
-
-  void SetPrior(const Vector3d& normal, double std) {
-    ASSERT_EQ(dut_.SetPrior(normal, std, &state_), FilterStatus::kOk);
-  }
-
- private:
-  ForceSpaceParticleFilter dut_;
-  ForceSpaceParticleFilterState state_;
-  RandomStream random_;
-  double force_noise_;
-};
-
-/** On a floor, sliding at `velocity` with friction `mu`. */
-Vector3d SlidingForce(double normal_force, double mu,
-                      const Vector3d& velocity) {
-  return normal_force * (kDown + mu * velocity.normalized());
-}
 
 /** What happens to a filter in a few seconds at 100 Hz: free space, contact,
 sliding, a wall, a corner of three, off one, a slip, loss. */
@@ -284,12 +202,15 @@ TEST(ContactTrackerTest, FreeSpaceTouchesNoParticleAndCostsNothing) {
 }
 
 TEST(ContactTrackerTest, FindsAndLosesWithinAFewUpdates) {
-  // Without noise: 9 of evidence at (|F| - 0.6 N) / (0.25 N)^2 each, and at
-  // 0.45 N / (0.25 N)^2 against it.
+  // Without noise, and the bias learned: 9 of evidence at (|F| - 0.6 N) /
+  // (0.25 N)^2 each, at most 5.4, and at 0.45 N / (0.25 N)^2 against it.
   const ForceSpaceParticleFilter dut(MakeParams(100));
-  for (const auto& [force, found] : {std::pair(3.0, 1), std::pair(1.0, 2)}) {
+  for (const double force : {3.0, 1.0}) {
     ForceSpaceParticleFilterState state = dut.MakeState(0);
-    for (int i = 1; i <= found; ++i) {
+    for (int i = 0; i < 100; ++i) {
+      dut.Update(kZero, kZero, kZero, kZero, &state);
+    }
+    for (int i = 1; i <= 2; ++i) {
       EXPECT_EQ(state.dimension, 0);
       dut.Update(force * kDown, kZero, kZero, kZero, &state);
     }
@@ -306,8 +227,9 @@ TEST(ContactTrackerTest, FindsAndLosesWithinAFewUpdates) {
   int num_late_lost = 0;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     Feeler strong(100, seed);
-    EXPECT_EQ(strong.Count(1, 3 * kDown, kZero), 1);
+    EXPECT_LE(strong.Count(1, 3 * kDown, kZero), 3);
     Feeler weak(100, seed);
+    weak.Feel(kZero, kZero, 1);
     num_late_found += weak.Count(1, 1 * kDown, kZero) > 3;
     for (Feeler* feeler : {&strong, &weak}) {
       feeler->Feel(3 * kDown, kZero, 0.2);
@@ -390,7 +312,7 @@ TEST(ContactTrackerTest, PressingStillStaysWhatItIs) {
     for (int second = 1; second < 300; ++second) {
       dut.Feel(force * kDown, kZero, 1);
       ASSERT_EQ(dut.dimension(), 1) << force << " N, " << second << " s";
-      ASSERT_LT(AngleDeg(dut.normal(), kDown), 1)
+      ASSERT_LT(AngleDeg(dut.normal(), kDown), 2)
           << force << " N, " << second << " s";
     }
     EXPECT_GT(dut.normal().dot(kDown), 0);
@@ -525,6 +447,7 @@ TEST(ContactTrackerTest, NearContactsMerge) {
       }
       state.tracker.contacts[i].normal = normals[i];
       state.tracker.contacts[i].covariance.setZero();
+      state.tracker.contacts[i].slid = 1;
     }
     const Vector3d force = 3 * (normals[0] + normals[1]);
     dut.Update(force, kZero, kZero, kZero, &state);
@@ -589,9 +512,9 @@ TEST(ContactTrackerPriorTest, RightPriorFindsARisingForceEarlier) {
     double rate, rise, noise, share;
   };
   for (const auto& [rate, rise, noise, share] :
-       {Case{100, 0.5, 0.2, 0.7}, Case{100, 1, 0.2, 0.7},
-        Case{100, 4, 0.2, 0.75}, Case{100, 1, 0.05, 0.7}, Case{15, 1, 0.2, 0.8},
-        Case{15, 1, 0.05, 0.7}, Case{500, 1, 0.2, 0.8},
+       {Case{100, 0.5, 0.2, 0.75}, Case{100, 1, 0.2, 0.75},
+        Case{100, 4, 0.2, 0.85}, Case{100, 1, 0.05, 0.7},
+        Case{15, 1, 0.2, 0.85}, Case{15, 1, 0.05, 0.7}, Case{500, 1, 0.2, 0.8},
         Case{500, 1, 0.05, 0.7}}) {
     Comparison force;
     for (std::uint64_t seed = 0; seed < kNumSeeds; ++seed) {
@@ -604,7 +527,9 @@ TEST(ContactTrackerPriorTest, RightPriorFindsARisingForceEarlier) {
           dut.Update(found[with] * kDown, kZero);
         }
       }
-      EXPECT_LE(found[1], found[0]) << rate << " Hz, seed " << seed;
+      // What is expected needs less of each input, and may need one more.
+      EXPECT_LE(found[1], found[0] + 1.01 * rise / rate)
+          << rate << " Hz, seed " << seed;
       force.without += found[0] / kNumSeeds;
       force.with += found[1] / kNumSeeds;
     }

@@ -392,10 +392,11 @@ TEST(TeleopStationTest, WhatDrakeHasNotIsAnError) {
   scene.model_directives.clear();
   scene.surfaces = {{.name = "bore",
                      .shape = SurfaceShape::kCylinder,
-                     .radius = 0.1,
+                     .radius = 2.0,
                      .length = 0.0,
                      .hollow = true}};
-  EXPECT_TRUE(error(scene).starts_with("plane.scene.surfaces[0].hollow: "));
+  EXPECT_TRUE(error(scene).starts_with("plane.scene.surfaces[0].hollow: "))
+      << error(scene);
 }
 
 TEST(TeleopStationTest, PlantMayBeSlowerThanControl) {
