@@ -1570,7 +1570,7 @@ class FrictionConeParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'force_noise': 'N, > 0: sigma_f of one input per axis, with what the model leaves out, default 0.25', 'velocity_noise': 'm/s, > 0: sigma_v, likewise, default 0.0015', 'sliding_speed': 'm/s, > 0: half of it sticks, 1.5 times it slides, in between is between, default 0.004', 'max_friction': '> 0: mu, the most that is thought of while nothing has slid; then the friction seen takes its place, with a margin, default 0.7', 'contact_force': 'N, > force_noise: from here on what a force shows speaks for a contact, default 0.6', 'loss_force': 'N, in [0, contact_force): below, it speaks against one that was there; where little is commanded only as far as the tool has moved along the normal since, default 0.45', 'compliance': 'm/N, >= 0: how much surface, tool and arm give; a changing force moves the tool into the surface, which then is not taken for sliding, default 0.0002', 'curvature': "rad^2/m, >= 0: variance by which a normal turns about the axis across the motion per metre of sliding (a cylinder's 1/r squared times a length), default 0.5", 'torsion': 'rad^2/m, >= 0: likewise about the direction of motion, default 0.05', 'evidence': '> 0: log likelihood ratio of what is new to what was believed that adds or drops a contact, default 9', 'bias': 'N, > 0: of a sensor whose bias is not learned yet, standard deviation per axis, default 0.55', 'bias_drift': 'N/sqrt(s), > 0: how the bias wanders, likewise, default 0.02'}
+    fields: typing.ClassVar[dict] = {'force_noise': 'N, > 0: sigma_f of one input per axis, with what the model leaves out, default 0.25', 'velocity_noise': 'm/s, > 0: sigma_v, likewise, default 0.0015', 'sliding_speed': 'm/s, > 0: half of it sticks, 1.5 times it slides, in between is between, default 0.004', 'max_friction': '> 0: mu, the most that is thought of while nothing has slid; then the friction seen takes its place, with a margin, default 0.7', 'contact_force': 'N, > force_noise: from here on what a force shows speaks for a contact, default 0.6', 'loss_force': 'N, in [0, contact_force): below, it speaks against one that was there; where little is commanded only as far as the tool has moved along the normal since, default 0.45', 'compliance': 'm/N, >= 0: how much surface, tool and arm give; a changing force moves the tool into the surface, which then is not taken for sliding, default 0.0002', 'curvature': "rad^2/m, >= 0: variance by which a normal turns about the axis across the motion per metre of sliding (a cylinder's 1/r squared times a length), default 0.5", 'torsion': 'rad^2/m, >= 0: likewise about the direction of motion, default 0.05', 'evidence': '> 0: log likelihood ratio of what is new to what was believed that adds or drops a contact, default 9', 'bias': 'N, > 0: of a sensor whose bias is not learned yet, standard deviation per axis, default 0.52', 'bias_drift': 'N/sqrt(s), > 0: how the bias wanders, likewise, default 0.02'}
     def __copy__(self) -> FrictionConeParams:
         ...
     def __deepcopy__(self, memo: dict) -> FrictionConeParams:
@@ -1595,7 +1595,7 @@ class FrictionConeParams:
     @property
     def bias(self) -> float:
         """
-        N, > 0: of a sensor whose bias is not learned yet, standard deviation per axis, default 0.55
+        N, > 0: of a sensor whose bias is not learned yet, standard deviation per axis, default 0.52
         """
     @bias.setter
     def bias(self, arg1: typing.Any) -> None:

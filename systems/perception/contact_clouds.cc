@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ContactTracker: Where the contacts are: their particles.
+// ContactTracker: where the contacts are. Their particles.
 #include "dual_proxy/perception/contact_tracker.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "dual_proxy/perception/contact_kernels.h"
 #include "dual_proxy/perception/contact_tracker_tools.h"

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ContactTracker: What is learned of surfaces and sensor on the way.
+// ContactTracker: what is learned of surfaces and sensor on the way.
 #include "dual_proxy/perception/contact_tracker.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include "dual_proxy/perception/contact_kernels.h"
 #include "dual_proxy/perception/contact_tracker_tools.h"
 
 namespace dual_proxy {
@@ -18,15 +15,17 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kEntryTime = 0.02;       // s: the approach's speed is gone.
-constexpr double kFittedSlide = 0.006;    // m: and the friction by then.
-constexpr double kMostFriction = 1.2;     // Of what slides.
-constexpr double kMostForward = 0.7;      // Of the force, along the sliding.
+constexpr double kFittedSlide = 0.006;    // m: friction is known by then.
+constexpr double kMostFriction = 1.2;     // mu, sliding, before it is known.
+constexpr double kMostForward = 0.7;      // Of a force, along the sliding.
 constexpr double kFrictionMargin = 0.1;   // Over the mu that was seen,
 constexpr double kFrictionFactor = 1.2;   // as sticking friction is larger.
-constexpr double kCreepingFactor = 3;     // along what gives more that way.
-constexpr double kGiveWeight = 2;         // N^2: of what it is at first.
+constexpr double kCreepingFactor = 3;     // What gives along the surface, both
+                                          // ways, to what gives into it.
+constexpr double kGiveWeight = 2;         // N^2: of no compliance, at first.
 constexpr double kMaxCompliance = 0.005;  // m/N
-constexpr double kGrowth = 1.3;           // times: a larger force, once more.
+constexpr double kGrowth = 1.3;           // times: a force so much larger
+                                          // begins a contact once more.
 
 }  // namespace
 

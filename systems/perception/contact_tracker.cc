@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ContactTracker: What is there: the decisions.
+// ContactTracker: what is there. The decisions.
 #include "dual_proxy/perception/contact_tracker.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include "dual_proxy/perception/contact_kernels.h"
 #include "dual_proxy/perception/contact_tracker_tools.h"
 
 namespace dual_proxy {
@@ -17,48 +14,52 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kSmoothingTime = 0.03;    // s: of the force, for its rate.
-constexpr double kFrictionTime = 0.1;      // s: over which mu is learned.
-constexpr double kImpulseTime = 0.02;      // s: to the mean force, sticking.
-constexpr double kPriorTime = 0.05;        // s: until a wrong prior is gone.
-constexpr double kSettlingTime = 0.05;     // s: no drop by velocity before.
-constexpr double kDepartureTime = 0.5;     // s: until a departure is forgotten.
-constexpr double kDeparted = 3e-4;         // m: beyond its noise it is clear.
-constexpr double kLightWay = 5e-4;         // m: having moved on by this.
+// What depends on neither sensor nor surface. Chosen on simulated trials and
+// recordings.
+
+// Over which a quantity is smoothed, learned or remembered, s.
+constexpr double kSmoothingTime = 0.03;  // Force and velocity.
+constexpr double kCreepingTime = 0.3;    // The way that may be creeping.
+constexpr double kGiveTime = 2;          // What gives.
+constexpr double kSlideTime = 2;         // The way slid, so that noise is none.
+constexpr double kFrictionTime = 0.1;    // mu.
+constexpr double kMisfitTime = 0.15;     // What fits badly, as it grows,
+constexpr double kForgettingTime = 1;    // and as it fades.
+constexpr double kSurfaceTime = 10;      // That a surface moved.
+constexpr double kMeanTime = 1;          // The mean force at the beginning,
+constexpr double kImpulseTime = 0.02;    // to which the normal goes.
+constexpr double kPriorTime = 0.05;      // A wrong prior.
+constexpr double kDepartureTime = 0.5;   // A departure from a light contact.
+
+// Finding.
+constexpr double kFirstShare = 0.6;        // Of the evidence that is needed
+constexpr double kNextShare = 0.4;         // the most that one input gives: for
+constexpr double kLossShare = 0.6;         // a contact, another, against one.
+constexpr double kExpectedLevel = 0.6;     // Of the evidence that a contact
+constexpr double kExpectedEvidence = 0.5;  // needs where it is expected.
+constexpr double kFirstStd = 0.2;          // rad: of a first contact's normal.
+constexpr double kNextStd = 0.3;           // rad: of another one's.
+constexpr double kSlack = 0.05;            // rad: what a model leaves out. It
+                                           // weighs finding a second wall
+                                           // against inventing one.
+constexpr double kMaxSlack = 0.15;         // rad.
+constexpr double kAstray = 0.1;            // rad: between friction and motion.
 constexpr double kMemoryTime = 1;          // s: a lost normal is remembered,
 constexpr double kMemoryStd = 0.1;         // rad: this well,
 constexpr double kMemoryAngle = 0.5;       // rad: where one is as near.
-constexpr double kPressed = 4;             // times loss_force: not lightly.
-constexpr double kWithdrawn = 0.5;         // times loss_force: pulled away.
-constexpr double kConflictTime = 0.03;     // s: of motion along a normal,
-constexpr double kSunk = 2e-4;             // m: at least by this.
-constexpr double kFirstStd = 0.2;          // rad: of a first contact's normal.
-constexpr double kNextStd = 0.3;           // rad: of another one's.
-constexpr double kSlack = 0.05;            // rad: what a model leaves out.
-constexpr double kMaxSlack = 0.15;         // rad.
-constexpr double kAstray = 0.1;            // rad: between friction and motion.
-constexpr double kMisfitTime = .15;        // s: what fits badly is noticed,
-constexpr double kSurfaceTime = 10;        // s: a surface moved is remembered.
-constexpr double kForgettingTime = 1;      // s: and forgotten.
 constexpr double kForeseenTime = 0.05;     // s: two that were foreseen, not one
 constexpr double kForeseenAngle = 0.35;    // rad: as far from either as this,
 constexpr double kForeseenRest = 0.25;     // and explained by both but for it,
 constexpr double kForeseenShare = 0.2;     // each with at least this part.
-constexpr double kExpectedLevel = 0.6;     // Of the evidence that a contact
-constexpr double kExpectedEvidence = 0.5;  // needs where it is expected.
-constexpr double kFirstShare = 0.6;        // Of the evidence that is needed,
-constexpr double kNextShare = 0.4;         // the most that one input gives for
-constexpr double kLossShare = 0.6;         // a contact, another, against one.
-constexpr double kCreepingTime = 0.3;      // s: likewise creeping,
-constexpr double kGiveTime = 2;            // s: what gives is learned over it.
-constexpr double kSlideTime = 2;           // s: noise is no way.
-constexpr double kMeanTime = 1;            // s: over which it is one.
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-
-// What depends on neither sensor nor surface. Chosen on simulated trials and
-// recordings; kSlack weighs finding a second wall against inventing one.
+// Losing.
+constexpr double kSettlingTime = 0.05;  // s: no drop by velocity before.
+constexpr double kConflictTime = 0.03;  // s: of motion along a normal,
+constexpr double kSunk = 2e-4;          // m: at least by this.
+constexpr double kDeparted = 3e-4;      // m: beyond its noise it is clear.
+constexpr double kLightWay = 5e-4;      // m: having moved on by this.
+constexpr double kPressed = 4;          // times loss_force: not lightly.
+constexpr double kWithdrawn = 0.5;      // times loss_force: pulled away.
 
 double Share(double period, double time) { return -std::expm1(-period / time); }
 

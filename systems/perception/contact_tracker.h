@@ -29,7 +29,7 @@ struct FrictionConeParams {
   double curvature{0.5};
   double torsion{0.05};
   double evidence{9};
-  double bias{0.55};
+  double bias{0.52};
   double bias_drift{0.02};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -214,7 +214,15 @@ with e the part of the force on this contact that would have to be friction but
 cannot: across or against the sliding, or outside the cone. The velocity has
 heavy tails, as tools bounce and surfaces give. Among normals that nothing
 excludes the particles stay where they are; until a contact has slid, that is
-around the mean force, as friction has no preferred direction. */
+around the mean force of its first second, as friction has no preferred
+direction. At rest they do not move.
+
+On the way it learns how much each contact gives, what friction is, what the
+sensor's bias is, how the surface bends, and how badly all this fits; the latter
+three are in the stated uncertainty. docs/filter.md has the whole.
+
+In files: contact_tracker.cc decides, contact_clouds.cc has the particles,
+contact_learning.cc what is learned, contact_uncertainty.cc how sure it is. */
 class ContactTracker {
  public:
   using Params = FrictionConeParams;

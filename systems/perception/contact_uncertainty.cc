@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ContactTracker: How sure all this is.
+// ContactTracker: how sure it is.
 #include "dual_proxy/perception/contact_tracker.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "dual_proxy/perception/contact_kernels.h"
 #include "dual_proxy/perception/contact_tracker_tools.h"
 
 namespace dual_proxy {
@@ -17,7 +15,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kFirstTilt = 0.26;  // rad: with 95 %, of one contact,
+constexpr double kFirstTilt = 0.24;  // rad: with 95 %, of one contact,
 constexpr double kNextTilt = 0.38;   // and of the free axis of two.
 constexpr double kShapeLag = 0.001;  // m: it is behind by this.
 

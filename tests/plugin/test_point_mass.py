@@ -45,7 +45,9 @@ def test_a_log_without_rotations_and_joints(run):
     for name in names:
         assert SIGNALS[name].unit not in ("rad", "rad/s", "N m", "N m/s"), name
     assert "robot_orientation" not in names
-    assert {"robot_position", "commanded_force", "force_limited", "dimension"} <= set(names)
+    assert {"robot_position", "commanded_force", "force_limited", "dimension"} <= set(
+        names
+    )
     # Metrics of what is not there are null.
     for key in ("joint_speed_share_max", "joint_margin_min_rad", "torque_share_max"):
         assert run.metrics[key] is None
