@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kFirstTilt = 0.24;  // rad: with 95 %, of one contact,
 constexpr double kNextTilt = 0.38;   // and of the free axis of two.
-constexpr double kShapeLag = 0.001;  // m: it is behind by this.
+constexpr double kShapeLag = 0.0012;  // m: it is behind by this.
 
 /** rad^2: square of how far friction may have tilted what never slid. */
 double CalcTilt2(const TrackedContact& contact, double tilt) noexcept {
@@ -80,7 +80,7 @@ double ContactTracker::CalcDirectionUncertainty(const State& state) noexcept {
   // Of a plane normal distribution with variances a >= b the radius that holds
   // 95 % is, within 1 %, the root of 3.84 a + 2.16 b. Noises are set larger
   // than they are, and so are the clouds: kScale2 makes the 95 % come true.
-  constexpr double kScale2 = 0.45;
+  constexpr double kScale2 = 0.4;
   switch (state.count) {
     case 0:
       return 0.5 * std::numbers::pi;
