@@ -22,6 +22,7 @@ constexpr double kFrictionMargin = 0.1;   // Over the mu that was seen,
 constexpr double kFrictionFactor = 1.2;   // as sticking friction is larger.
 constexpr double kCreepingFactor = 3;     // What gives along the surface, both
                                           // ways, to what gives into it.
+constexpr double kPresliding = 5e-4;      // m: what friction takes to turn.
 constexpr double kGiveWeight = 2;         // N^2: of no compliance, at first.
 constexpr double kMaxCompliance = 0.005;  // m/N
 constexpr double kGrowth = 1.3;           // times: a force so much larger
@@ -73,7 +74,7 @@ void ContactTracker::NoteCreeping(const Vector3d& velocity,
   state->creeping = 0;
   if (state->count == 0) return;
   // From friction one way to friction the other way what gives moves by this.
-  double given = 0;
+  double given = kPresliding;
   for (int i = 0; i < state->count; ++i) {
     const TrackedContact& contact = state->contacts[i];
     given += kCreepingFactor * CalcMaxFriction(*state) * contact.smooth_force *
