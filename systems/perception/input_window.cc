@@ -23,13 +23,20 @@ bool InputWindow::Add(ContactInput* input,
       input->velocity.transpose(), input->command.transpose();
   if (state->count < size_) return false;
   state->count = 0;
-  const int outer = size_ / 4;
-  Eigen::Matrix<double, 9, 1> means;
-  for (int i = 0; i < means.size(); ++i) {
-    double* const begin = state->inputs.col(i).data();
-    std::sort(begin, begin + size_);
-    means(i) = state->inputs.col(i).segment(outer, size_ - 2 * outer).mean();
+  // All components are sorted at once, by exchanging neighbours.
+  using Inputs = Eigen::Array<double, 9, InputWindowState::kMostInputs>;
+  Inputs sorted = state->inputs.transpose();
+  for (int round = 0; round < size_; ++round) {
+    for (int i = round % 2; i + 1 < size_; i += 2) {
+      const Eigen::Array<double, 9, 1> lower =
+          sorted.col(i).min(sorted.col(i + 1));
+      sorted.col(i + 1) = sorted.col(i).max(sorted.col(i + 1));
+      sorted.col(i) = lower;
+    }
   }
+  const int outer = size_ / 4;
+  const Eigen::Matrix<double, 9, 1> means =
+      sorted.middleCols(outer, size_ - 2 * outer).rowwise().mean();
   input->force = means.head<3>();
   input->velocity = means.segment<3>(3);
   input->command = means.tail<3>();
