@@ -15,8 +15,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kFirstTilt = 0.24;  // rad: with 95 %, of one contact,
-constexpr double kNextTilt = 0.38;   // and of the free axis of two.
+constexpr double kFirstTilt = 0.24;   // rad: with 95 %, of one contact,
+constexpr double kNextTilt = 0.38;    // and of the free axis of two.
 constexpr double kShapeLag = 0.0012;  // m: it is behind by this.
 
 /** rad^2: square of how far friction may have tilted what never slid. */
