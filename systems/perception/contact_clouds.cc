@@ -179,7 +179,9 @@ void ContactTracker::Follow(int index, double other_force,
 
 Vector3d ContactTracker::CalcPriorPull(
     const TrackedContact& contact, const ContactPrior& prior) const noexcept {
-  if (contact.slid < kSettledSlide) return Vector3d::Zero();
+  if (prior.count == 0 || contact.slid < kSettledSlide) {
+    return Vector3d::Zero();
+  }
   // The expected normal that is nearest, as one measurement of many alike.
   const double variance = prior.std * prior.std * (kPriorHold / period_ + 1);
   double nearest = 12 * prior.std * prior.std;

@@ -11,7 +11,6 @@
 namespace dual_proxy {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kEntryTime = 0.02;       // s: the approach's speed is gone.

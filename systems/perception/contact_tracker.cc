@@ -11,7 +11,6 @@
 namespace dual_proxy {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // What depends on neither sensor nor surface. Chosen on simulated trials and
@@ -130,7 +129,8 @@ ContactTracker::ContactTracker(const Params& params, int num_particles,
                        std::sqrt(0.5 * kDepartureTime * period)),
       prior_decay_(std::exp(-period / kPriorTime)) {
   // Updates count as they come at 100 Hz. Faster ones are not independent of
-  // each other; slower ones may end a contact alone, but not begin one.
+  // each other; slower ones count more against a contact, up to what one input
+  // may.
   const double information = 1 / (params.force_noise * params.force_noise);
   const double updates = std::max(0.2, period / 0.01);
   information_ = std::min(updates, 1.0);

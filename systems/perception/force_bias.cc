@@ -38,8 +38,6 @@ ForceBiasState ForceBias::MakeState() const {
 }
 
 double ForceBias::CalcStd(const ForceBiasState& state) noexcept {
-  // The trace bounds the largest eigenvalue, and is half of it too large for
-  // what is known equally well all around.
   return std::sqrt(std::max(0.0, state.covariance.diagonal().maxCoeff()));
 }
 

@@ -28,6 +28,8 @@ inline void ExpectSame(const TrackedContact& a, const TrackedContact& b) {
   EXPECT_EQ(a.slid, b.slid);
   EXPECT_EQ(a.loss, b.loss);
   EXPECT_EQ(a.prior, b.prior);
+  EXPECT_EQ(a.shape, b.shape);
+  EXPECT_EQ(a.give, b.give);
 }
 
 inline void ExpectSame(const ContactTrackerState& a,
@@ -37,6 +39,8 @@ inline void ExpectSame(const ContactTrackerState& a,
     const auto k = static_cast<std::size_t>(i);
     ExpectSame(a.contacts[k], b.contacts[k]);
   }
+  EXPECT_EQ(a.bias.mean, b.bias.mean);
+  EXPECT_EQ(a.bias.covariance, b.bias.covariance);
   EXPECT_EQ(a.unexplained, b.unexplained);
   EXPECT_EQ(a.unexplained_impulse, b.unexplained_impulse);
   EXPECT_EQ(a.evidence, b.evidence);
