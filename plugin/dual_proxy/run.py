@@ -28,6 +28,8 @@ _FRAME_RATE = 30.0
 _MOST_FRAMES = 6000
 
 ENGINES = ("auto", "drake", "bare")
+# What simulates a robot, the usual one first; bare does with all of them.
+_ENGINES_OF = {"panda": ("drake", "bare"), "point_mass": ("bare",)}
 
 
 @dataclass(frozen=True)
@@ -245,13 +247,13 @@ def run(
     scenario = change_scenario(
         scenario, scheme, delay, duration, seed, recording, overrides
     )
-    is_point = scenario.robot == "point_mass"
+    engines = _ENGINES_OF[scenario.robot]
     if engine == "auto":
-        engine = "bare" if is_point else "drake"
-    if engine == "drake" and is_point:
+        engine = engines[0]
+    if engine not in engines:
         raise ScenarioError(
-            'engine: expected "auto" or "bare" with robot point_mass, which has no '
-            'MultibodyPlant, got "drake"'
+            f'engine: expected "auto" or "bare" with robot {scenario.robot}, which '
+            'has no MultibodyPlant, got "drake"'
         )
     if engine == "bare" and meshcat:
         raise ScenarioError("meshcat: expected False with engine bare, got True")

@@ -115,6 +115,11 @@ class Station:
             raise ValueError(
                 f"wiring: expected one of {', '.join(WIRINGS)}, got {wiring!r}"
             )
+        if scenario.robot != "panda":
+            raise ScenarioError(
+                f'{scenario.name}.robot: expected "panda" in a Drake diagram, got '
+                f'"{scenario.robot}"'
+            )
         self.scenario = scenario
         self._builder = DiagramBuilder()
         # Ports that are logged, side by side, and where their signals are.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "dual_proxy/common/validate.h"
+#include "dual_proxy/control/arm_model.h"
 #include "dual_proxy/experiment/teleop_loop_params.h"
 #include "dual_proxy/loop/loop_signals.h"
 
@@ -103,6 +105,25 @@ SimulatedArmParams MakeSimulatedArmParams(const Scenario& scenario) {
   return params;
 }
 
+// Whether a posture is one of the arm's, at the scenario's start.
+void CheckStart(const Scenario& scenario, const ArmModelParams<7>& arm,
+                const Vector7& q_start) {
+  const JointLimitsParams<7>& limits = scenario.controller.joint_limits;
+  for (int i = 0; i < 7; ++i) {
+    ThrowUnlessIn("MakeArmEngine", "q_start", q_start(i),
+                  Between(limits.lower(i), limits.upper(i)));
+  }
+  Pose X_BE;
+  ModelTerms<7> terms;
+  ArmModel<7>(arm).Calc(q_start, Vector7::Zero(), &X_BE, &terms);
+  const Eigen::Vector3d& start = scenario.map.p_cw;
+  constexpr double kNear = 1e-3;  // m
+  for (int i = 0; i < 3; ++i) {
+    ThrowUnlessIn("MakeArmEngine", "tool point at q_start", X_BE.p(i),
+                  Between(start(i) - kNear, start(i) + kNear));
+  }
+}
+
 template <typename Plant>
 BareEngine<Plant>::BareEngine(const Scenario& scenario,
                               const typename Robot::Model::Params& model,
@@ -157,6 +178,7 @@ BareEngine<SimulatedArm<7>> MakeArmEngine(const Scenario& scenario,
                                           const ArmModelParams<7>& arm,
                                           const Vector7& q_start,
                                           double duration) {
+  CheckStart(scenario, arm, q_start);
   const SimulatedArm<7> plant(MakeSimulatedArmParams(scenario), arm,
                               MakeContactSceneParams(scenario));
   return {scenario, arm, plant, plant.MakeState(q_start), duration};

@@ -59,8 +59,7 @@ void ContactTracker::Follow(int index, double other_force,
   const Vector3d& normal = contact.normal;
   // Along the normal it sinks.
   const double speed = (velocity - velocity.dot(normal) * normal).norm();
-  const double moves =
-      std::clamp(speed / params_.sliding_speed - 0.5, 0.0, 1.0);
+  const double moves = CalcSlidingShare(speed);
   const bool begins = Begins(contact);
   if (!begins && moves == 0) return;  // At rest no normal turns.
   const double slides = (1 - state->creeping) * moves;
@@ -123,7 +122,7 @@ void ContactTracker::Follow(int index, double other_force,
   Vector3d sinking = Vector3d::Zero();
   for (int i = 0; i < count; ++i) {
     const TrackedContact& each = state->contacts[i];
-    sinking += CalcCompliance(each) * each.grown / kSinkingTime * each.normal;
+    sinking += CalcSinkingSpeed(each) * each.normal;
   }
   const double sinking2 = state->sinking_speed * state->sinking_speed +
                           state->surface_speed * state->surface_speed +
@@ -162,8 +161,11 @@ void ContactTracker::Follow(int index, double other_force,
                       particles.weights, particles.chosen)) {
     CopyChosen(particles.moved, particles.chosen, size, mine);
   }
+  const Vector3d before = normal;
   CalcStatistics(index, particles, state);
+  contact.rolled *= roll_decay_;
   if (count == 1 && slides == 1 && contact.slid >= kSettledSlide) {
+    contact.rolled += (contact.normal - before).dot(y);
     // What it has turned beside what was expected, of that a part; less as long
     // as that may be a bias.
     const double doubt =

@@ -22,7 +22,6 @@ constexpr double kFrictionFactor = 1.2;   // as sticking friction is larger.
 constexpr double kCreepingFactor = 3;     // What gives along the surface, both
                                           // ways, to what gives into it.
 constexpr double kPresliding = 5e-4;      // m: what friction takes to turn.
-constexpr double kGiveWeight = 2;         // N^2: of no compliance, at first.
 constexpr double kMaxCompliance = 0.005;  // m/N
 constexpr double kGrowth = 1.3;           // times: a force so much larger
                                           // begins a contact once more.
@@ -31,8 +30,16 @@ constexpr double kGrowth = 1.3;           // times: a force so much larger
 
 double ContactTracker::CalcCompliance(
     const TrackedContact& contact) const noexcept {
-  return std::clamp(contact.give / (kGiveWeight + contact.give_weight),
-                    params_.compliance, kMaxCompliance);
+  return std::clamp(CalcGiven(contact), params_.compliance, kMaxCompliance);
+}
+
+double ContactTracker::CalcSinkingSpeed(
+    const TrackedContact& contact) const noexcept {
+  return CalcCompliance(contact) * contact.grown / kSinkingTime;
+}
+
+double ContactTracker::CalcSlidingShare(double speed) const noexcept {
+  return std::clamp(speed / params_.sliding_speed - 0.5, 0.0, 1.0);
 }
 
 double ContactTracker::CalcMaxFriction(const State& state) const noexcept {
@@ -77,7 +84,7 @@ void ContactTracker::NoteCreeping(const Vector3d& velocity,
   for (int i = 0; i < state->count; ++i) {
     const TrackedContact& contact = state->contacts[i];
     given += kCreepingFactor * CalcMaxFriction(*state) * contact.smooth_force *
-             contact.give / (kGiveWeight + contact.give_weight);
+             CalcGiven(contact);
   }
   const double way = CalcFreePart(state->passed, *state).norm();
   state->creeping = std::clamp(2 - 2 * way / std::max(given, 1e-9), 0.0, 1.0);
@@ -132,8 +139,7 @@ void ContactTracker::LearnMisfit(const Vector3d& force,
   double into2 = 0;
   for (int i = 0; i < state->count; ++i) {
     const TrackedContact& each = state->contacts[i];
-    const double into = velocity.dot(each.normal) -
-                        CalcCompliance(each) * each.grown / kSinkingTime;
+    const double into = velocity.dot(each.normal) - CalcSinkingSpeed(each);
     into2 = std::max(into2, into * into);
   }
   const double speed2 = velocity.squaredNorm();
@@ -159,7 +165,7 @@ void ContactTracker::NoteSurfaceMotion(const TrackedContact& contact,
                                        double sinking,
                                        State* state) const noexcept {
   // At rest on a surface that neither moves nor gives the tool does not move.
-  const double given = CalcCompliance(contact) * contact.grown / kSinkingTime;
+  const double given = CalcSinkingSpeed(contact);
   state->rising += misfit_gain_ * (sinking - given - state->rising);
   if (state->sliding > 0 || Begins(contact)) return;
   const double speed = std::max(

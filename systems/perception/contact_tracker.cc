@@ -23,7 +23,8 @@ constexpr double kGiveTime = 2;          // What gives.
 constexpr double kSlideTime = 2;         // The way slid, so that noise is none.
 constexpr double kFrictionTime = 0.1;    // mu.
 constexpr double kMisfitTime = 0.15;     // What fits badly, as it grows,
-constexpr double kForgettingTime = 1;    // and as it fades.
+constexpr double kForgettingTime = 3;    // and as it fades.
+constexpr double kRollTime = 3;          // How a normal turned aside.
 constexpr double kSurfaceTime = 10;      // That a surface moved.
 constexpr double kMeanTime = 1;          // The mean force at the beginning,
 constexpr double kImpulseTime = 0.02;    // to which the normal goes.
@@ -124,6 +125,7 @@ ContactTracker::ContactTracker(const Params& params, int num_particles,
       creeping_decay_(std::exp(-period / kCreepingTime)),
       surface_decay_(std::exp(-period / kSurfaceTime)),
       give_decay_(std::exp(-period / kGiveTime)),
+      roll_decay_(std::exp(-period / kRollTime)),
       slide_decay_(std::exp(-period / kSlideTime)),
       departure_noise_(2 * params.velocity_noise *
                        std::sqrt(0.5 * kDepartureTime * period)),
@@ -197,8 +199,7 @@ void ContactTracker::Explain(const Vector3d& force, const Vector3d& velocity,
 
   const Vector3d slide = CalcFreePart(velocity, *state);
   const double speed = slide.norm();
-  state->sliding = (1 - state->creeping) *
-                   std::clamp(speed / params_.sliding_speed - 0.5, 0.0, 1.0);
+  state->sliding = (1 - state->creeping) * CalcSlidingShare(speed);
   const Vector3d direction = slide / std::max(speed, 1e-9);
 
   // Non-negative least squares by coordinates; first without friction, whose
@@ -379,8 +380,7 @@ void ContactTracker::AddFound(const Vector3d& force, const Vector3d& velocity,
   if (count == 1 && state->settled_time < kSettlingTime) replaced = 0;
   if (count == 2) {
     // Within their plane a third one would be needless.
-    const Vector3d axis =
-        state->contacts[0].normal.cross(state->contacts[1].normal).normalized();
+    const Vector3d axis = CalcFreeAxis(*state);
     if (std::abs(normal.dot(axis)) < 0.7) {
       replaced = state->contacts[0].force < state->contacts[1].force ? 1 : 0;
     }

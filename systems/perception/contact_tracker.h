@@ -117,6 +117,9 @@ struct TrackedContact {
   double way{0};
   /** 1/m, in B: what the normal turns by per metre that is slid. */
   Eigen::Matrix3d shape{Eigen::Matrix3d::Zero()};
+  /** rad: by how much it has lately turned about the motion, as few surfaces do
+  and the force on one that moves aside. */
+  double rolled{0};
   /** In B: an expected normal over its variance (rad^2), or zero. */
   Eigen::Vector3d prior{Eigen::Vector3d::Zero()};
 };
@@ -252,6 +255,10 @@ class ContactTracker {
 
  private:
   double CalcCompliance(const TrackedContact& contact) const noexcept;
+  /** m/s: what the change of its force lets the tool sink by. */
+  double CalcSinkingSpeed(const TrackedContact& contact) const noexcept;
+  /** 0 to 1: by the speed along the surface, m/s. */
+  double CalcSlidingShare(double speed) const noexcept;
   double CalcMaxFriction(const State& state) const noexcept;
   double CalcSlidingFriction(const State& state) const noexcept;
   void NoteCreeping(const Eigen::Vector3d& velocity,
@@ -324,6 +331,7 @@ class ContactTracker {
   double creeping_decay_;
   double surface_decay_;
   double give_decay_;
+  double roll_decay_;
   double slide_decay_;
   // m: what the velocity's noise makes of a departure.
   double departure_noise_;

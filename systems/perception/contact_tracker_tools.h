@@ -35,14 +35,24 @@ inline Eigen::Vector3d MakeTangent(const Eigen::Vector3d& normal,
   return tangent.norm() > 1e-9 ? tangent.normalized() : normal.unitOrthogonal();
 }
 
+/** m/N: what a contact gives, as far as it has been seen to. */
+inline double CalcGiven(const TrackedContact& contact) noexcept {
+  constexpr double kNothing = 2;  // N^2: weight of giving nothing, at first.
+  return contact.give / (kNothing + contact.give_weight);
+}
+
+/** Along both surfaces of two contacts. */
+inline Eigen::Vector3d CalcFreeAxis(const ContactTrackerState& state) noexcept {
+  return state.contacts[0].normal.cross(state.contacts[1].normal).normalized();
+}
+
 /** Of `value` what is along the surfaces that are touched. */
 inline Eigen::Vector3d CalcFreePart(const Eigen::Vector3d& value,
                                     const ContactTrackerState& state) noexcept {
   const Eigen::Vector3d& first = state.contacts[0].normal;
   if (state.count == 1) return value - value.dot(first) * first;
   if (state.count > 2) return Eigen::Vector3d::Zero();
-  const Eigen::Vector3d axis =
-      first.cross(state.contacts[1].normal).normalized();
+  const Eigen::Vector3d axis = CalcFreeAxis(state);
   return value.dot(axis) * axis;
 }
 

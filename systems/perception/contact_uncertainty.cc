@@ -50,11 +50,12 @@ double CalcMisfitTilt2(const ContactTrackerState& state) noexcept {
   // As a surface rises under it, the tool's way is not along the surface.
   const double rise =
       state.surface_speed / std::max(1e-3, state.velocity.norm());
+  const double rolled = state.contacts[0].rolled;
   const double bend = kShapeLag * state.contacts[0].shape.norm();
   return std::min(
       1.0, 3.84 * (state.friction_variance + state.astray2 / (force * force) +
                    state.into2 + bend * bend) +
-               rise * rise);
+               rise * rise + 2 * rolled * rolled);
 }
 
 /** rad^2: square of how far what remains of a bias tilts the normal of the
@@ -67,7 +68,7 @@ double CalcBiasTilt2(const ContactTrackerState& state) noexcept {
   if (state.count == 1) {
     variance = CalcPlaneVariances(P, normal).largest;
   } else {
-    const Vector3d axis = normal.cross(state.contacts[1].normal).normalized();
+    const Vector3d axis = CalcFreeAxis(state);
     force = std::min(force, state.contacts[1].smooth_force);
     variance = axis.dot(P * axis);
   }
@@ -94,8 +95,7 @@ double ContactTracker::CalcDirectionUncertainty(const State& state) noexcept {
                        CalcMisfitTilt2(state));
     }
     case 2: {
-      const Vector3d axis =
-          state.contacts[0].normal.cross(state.contacts[1].normal).normalized();
+      const Vector3d axis = CalcFreeAxis(state);
       double square = 0;
       for (int i = 0; i < 2; ++i) {
         const TrackedContact& contact = state.contacts[i];

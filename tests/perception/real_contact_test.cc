@@ -212,6 +212,30 @@ TEST(RealContactTest, CreepingIsNoSliding) {
   }
 }
 
+// On a belt friction is along the motion over it, not along the tool's: the
+// normal turns about the motion, which the uncertainty has to hold.
+TEST(RealContactTest, BeltIsInTheUncertainty) {
+  int covered = 0;
+  int updates = 0;
+  for (int seed = 0; seed < 6; ++seed) {
+    Feeler dut(100, seed);
+    dut.Feel(kZero, 0.05 * kWall, 1);
+    dut.Feel(5 * kDown, kZero, 0.5);
+    const Vector3d belt = (0.02 + 0.02 * seed) * kAlong;
+    for (int i = 0; i < 500; ++i) {
+      const double angle = 0.015 * i;
+      const Vector3d velocity =
+          0.05 * (std::cos(angle) * kWall + std::sin(angle) * kAlong);
+      dut.Update(SlidingForce(5, 0.3, velocity - belt), velocity);
+      if (i < 100 || dut.dimension() != 1) continue;
+      ++updates;
+      if (AngleDeg(dut.normal(), kDown) < UncertaintyDeg(dut)) ++covered;
+    }
+  }
+  EXPECT_GT(updates, 2300);
+  EXPECT_GT(covered, 0.8 * updates);
+}
+
 TEST(RealContactTest, SmallCylinderIsFollowed) {
   constexpr double kRadius = 0.02;
   for (const double speed : {0.015, 0.03}) {

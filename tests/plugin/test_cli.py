@@ -86,7 +86,7 @@ def run_cli(capsys, *arguments):
         ([], "required: COMMAND"),
         (["fly"], "invalid choice: 'fly'"),
         (["run"], "required: SCENARIO"),
-        (["run", "plan"], "unknown scenario 'plan', available: flat_tool, plane"),
+        (["run", "plan"], "unknown scenario 'plan', available: flat_tool, "),
         (["run", "none.yaml"], "none.yaml: No such file"),
         (["run", "plane", "--scheme", "magic"], "invalid choice: 'magic'"),
         (["run", "plane", "--delay", "soon"], "invalid float value: 'soon'"),

@@ -24,6 +24,7 @@ tiny:
       - {time: 0, position: [0.45, 0, 0.18]}
       - {time: 1, position: [0.45, 0, 0.15]}
 """
+_QUOTED = ", ".join(f'"{scheme}"' for scheme in SCHEMES)
 BALL = {"name": "a", "shape": "sphere", "position": [0, 0, 0], "radius": 1}
 
 
@@ -204,8 +205,7 @@ def test_shared_values_are_written_once(plane):
         (
             "scheme",
             "magic",
-            'plane.scheme: expected one of "dual_proxy", "position_force", '
-            '"position_position", got "magic"',
+            f'plane.scheme: expected one of {_QUOTED}, got "magic"',
         ),
         (
             "law",
