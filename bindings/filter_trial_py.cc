@@ -82,6 +82,10 @@ void BindTrial(py::module_& m) {
   def("dimension", &Sample::dimension, "(n,): the filter's.");
   def("singular_vectors", &Sample::singular_vectors,
       "U, (n, 3, 3), vectors as columns: the filter's.");
+  def("direction_uncertainty", &Sample::direction_uncertainty,
+      "(n,), rad: the filter's.");
+  def("dimension_confidence", &Sample::dimension_confidence,
+      "(n,): the filter's.");
   def("touched", &Sample::touched,
       "(n,) bool: whether the tool touched anything in the period.");
   def("true_dimension", &Sample::true_dimension,
@@ -128,6 +132,20 @@ void BindTrialMetrics(py::module_& m) {
       .def_readonly("right_dimension_samples",
                     &Metrics::right_dimension_samples,
                     "Of those, with the true dimension.")
+      .def_readonly(
+          "stated_samples", &Metrics::stated_samples,
+          "Of those, of dimension 1 or 2 with a direction_uncertainty "
+          "below pi/2.")
+      .def_readonly("covered_samples", &Metrics::covered_samples,
+                    "Of those, with a direction_error within it.")
+      .def_readonly("confident_samples", &Metrics::confident_samples,
+                    "Number of updates in contact with a dimension_confidence "
+                    "over 0.9.")
+      .def_readonly("confident_right_samples",
+                    &Metrics::confident_right_samples,
+                    "Of those, with the true dimension.")
+      .def_readonly("free_samples", &Metrics::free_samples,
+                    "Number of updates in whose period nothing was touched.")
       .def_readonly("false_contact_samples", &Metrics::false_contact_samples,
                     "Number of updates with a contact though nothing was "
                     "touched, neither in the\nperiod nor since the filter last "
@@ -159,7 +177,8 @@ void BindFilterTrial(py::module_& m) {
                      "Parameters of run_filter_trial(). `seed` decides what is "
                      "not here: the scene's\norientation, details of the path, "
                      "stiffness of contact and controller, the tool's\nradius, "
-                     "the noise, and when the first update is.")
+                     "the noise, the bias's direction, when there are spikes, "
+                     "and when the first\nupdate is.")
       .Fields();
   BindTrial(m);
   BindTrialMetrics(m);

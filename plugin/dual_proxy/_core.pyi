@@ -6460,11 +6460,12 @@ class FilterTrialParams:
     """
     Parameters of run_filter_trial(). `seed` decides what is not here: the scene's
     orientation, details of the path, stiffness of contact and controller, the tool's
-    radius, the noise, and when the first update is.
+    radius, the noise, the bias's direction, when there are spikes, and when the first
+    update is.
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'scene': 'one of "free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing", "soft": what is touched, default "plane"', 'drive': 'one of "closed_loop", "true_selection", "kinematic": a point robot with the filter\'s selections, with the true ones 20 ms late, or no dynamics, default "closed_loop"', 'friction': 'in [0, 2]: mu, static and kinetic, default 0.3', 'speed': 'm/s, > 0: of sliding, default 0.05', 'force': 'N, > 0: of pressing, default 6', 'force_noise': "N, >= 0: standard deviation per axis on each update's mean, default 0.2", 'velocity_noise': 'm/s, >= 0: likewise, default 0.0005', 'hold_time': 's, >= 0: of pressing still, default 0.7', 'seed': '>= 0: of what is not here, default 0'}
+    fields: typing.ClassVar[dict] = {'scene': 'one of "free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing", "soft", "pulled", "pressed_corner", "wall_at_rest", "groove", "slot", "bore", "chamfer": what is touched, default "plane"', 'drive': 'one of "closed_loop", "true_selection", "kinematic", "quasi_static": a point robot with the filter\'s selections, with the true ones 20 ms late, no dynamics, or none but what friction and stiffness do, default "closed_loop"', 'friction': 'in [0, 2]: mu, static and kinetic, default 0.3', 'speed': 'm/s, > 0: of sliding, default 0.05', 'force': 'N, > 0: of pressing, default 6', 'force_noise': "N, >= 0: standard deviation per axis on each update's mean, default 0.2", 'velocity_noise': 'm/s, >= 0: likewise, default 0.0005', 'hold_time': 's, >= 0: of pressing still, default 0.7', 'stiffness': 'N/m, in [100, 50000]: of the surfaces; without it, drawn', 'stiction': 'in [0, 2]: by which mu is more at rest, with drive quasi_static: the tool sticks and slips, default 0', 'radius': 'm, > 0: of the cylinder, default 0.1', 'surface_speed': 'm/s, >= 0: of the surfaces along the floor, as on a conveyor; in a corner along that, default 0', 'breathing': "m, >= 0: amplitude of the surfaces along the floor's normal, at 0.3 Hz, default 0", 'tool_compliance': 'm/N, >= 0: of the tool beyond where its velocity is measured, default 0', 'sensor_noise': 'N, >= 0: standard deviation per axis of each sample of the force sensor, 1 kHz, default 0', 'sensor_hum': "N, >= 0: amplitude of the sensor's hum at 50 Hz, default 0", 'sensor_step': "N, >= 0: of the sensor's quantisation; 0 is none, default 0", 'sensor_bias': "N, >= 0: size of the sensor's bias, default 0", 'bias_turn': 'rad/s, >= 0: at which the bias turns, default 0', 'spike': 'N, >= 0: of the sensor for 2 ms, every 0.3 to 0.9 s, default 0', 'filter_start': "s, >= 0: from the first contact to the filter's first period; without it, the filter begins with the trial", 'seed': '>= 0: of what is not here, default 0'}
     def __copy__(self) -> FilterTrialParams:
         ...
     def __deepcopy__(self, memo: dict) -> FilterTrialParams:
@@ -6487,12 +6488,36 @@ class FilterTrialParams:
         Raises ValueError naming the field, the range and the value.
         """
     @property
+    def bias_turn(self) -> float:
+        """
+        rad/s, >= 0: at which the bias turns, default 0
+        """
+    @bias_turn.setter
+    def bias_turn(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def breathing(self) -> float:
+        """
+        m, >= 0: amplitude of the surfaces along the floor's normal, at 0.3 Hz, default 0
+        """
+    @breathing.setter
+    def breathing(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def drive(self) -> str:
         """
-        one of "closed_loop", "true_selection", "kinematic": a point robot with the filter's selections, with the true ones 20 ms late, or no dynamics, default "closed_loop"
+        one of "closed_loop", "true_selection", "kinematic", "quasi_static": a point robot with the filter's selections, with the true ones 20 ms late, no dynamics, or none but what friction and stiffness do, default "closed_loop"
         """
     @drive.setter
     def drive(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def filter_start(self) -> float | None:
+        """
+        s, >= 0: from the first contact to the filter's first period; without it, the filter begins with the trial
+        """
+    @filter_start.setter
+    def filter_start(self, arg1: typing.Any) -> None:
         ...
     @property
     def force(self) -> float:
@@ -6527,9 +6552,17 @@ class FilterTrialParams:
     def hold_time(self, arg1: typing.Any) -> None:
         ...
     @property
+    def radius(self) -> float:
+        """
+        m, > 0: of the cylinder, default 0.1
+        """
+    @radius.setter
+    def radius(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def scene(self) -> str:
         """
-        one of "free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing", "soft": what is touched, default "plane"
+        one of "free", "plane", "cylinder", "inner_corner", "step_edge", "still", "grazing", "soft", "pulled", "pressed_corner", "wall_at_rest", "groove", "slot", "bore", "chamfer": what is touched, default "plane"
         """
     @scene.setter
     def scene(self, arg1: typing.Any) -> None:
@@ -6543,12 +6576,84 @@ class FilterTrialParams:
     def seed(self, arg1: typing.Any) -> None:
         ...
     @property
+    def sensor_bias(self) -> float:
+        """
+        N, >= 0: size of the sensor's bias, default 0
+        """
+    @sensor_bias.setter
+    def sensor_bias(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def sensor_hum(self) -> float:
+        """
+        N, >= 0: amplitude of the sensor's hum at 50 Hz, default 0
+        """
+    @sensor_hum.setter
+    def sensor_hum(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def sensor_noise(self) -> float:
+        """
+        N, >= 0: standard deviation per axis of each sample of the force sensor, 1 kHz, default 0
+        """
+    @sensor_noise.setter
+    def sensor_noise(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def sensor_step(self) -> float:
+        """
+        N, >= 0: of the sensor's quantisation; 0 is none, default 0
+        """
+    @sensor_step.setter
+    def sensor_step(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def speed(self) -> float:
         """
         m/s, > 0: of sliding, default 0.05
         """
     @speed.setter
     def speed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def spike(self) -> float:
+        """
+        N, >= 0: of the sensor for 2 ms, every 0.3 to 0.9 s, default 0
+        """
+    @spike.setter
+    def spike(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def stiction(self) -> float:
+        """
+        in [0, 2]: by which mu is more at rest, with drive quasi_static: the tool sticks and slips, default 0
+        """
+    @stiction.setter
+    def stiction(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def stiffness(self) -> float | None:
+        """
+        N/m, in [100, 50000]: of the surfaces; without it, drawn
+        """
+    @stiffness.setter
+    def stiffness(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def surface_speed(self) -> float:
+        """
+        m/s, >= 0: of the surfaces along the floor, as on a conveyor; in a corner along that, default 0
+        """
+    @surface_speed.setter
+    def surface_speed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tool_compliance(self) -> float:
+        """
+        m/N, >= 0: of the tool beyond where its velocity is measured, default 0
+        """
+    @tool_compliance.setter
+    def tool_compliance(self, arg1: typing.Any) -> None:
         ...
     @property
     def velocity_noise(self) -> float:
@@ -6581,11 +6686,21 @@ class FilterTrial:
         (n,): the filter's.
         """
     @property
+    def dimension_confidence(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n,): the filter's.
+        """
+    @property
     def direction_error(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
         """
         (n,), rad, 0 to pi/2: between the filter's axis (U1, or U3 at dimension 2) and the
         true one where the dimensions agree; else between true_normal and the force space;
         NaN where filter or truth has no contact.
+        """
+    @property
+    def direction_uncertainty(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
+        """
+        (n,), rad: the filter's.
         """
     @property
     def motion_force(self) -> numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]:
@@ -6659,9 +6774,24 @@ class FilterTrialMetrics:
         (k,), deg: of these, where both dimensions are 2.
         """
     @property
+    def confident_right_samples(self) -> int:
+        """
+        Of those, with the true dimension.
+        """
+    @property
+    def confident_samples(self) -> int:
+        """
+        Number of updates in contact with a dimension_confidence over 0.9.
+        """
+    @property
     def contact_samples(self) -> int:
         """
         Number of updates in contact.
+        """
+    @property
+    def covered_samples(self) -> int:
+        """
+        Of those, with a direction_error within it.
         """
     @property
     def detection_latency(self) -> numpy.typing.NDArray[numpy.float64]:
@@ -6686,6 +6816,11 @@ class FilterTrialMetrics:
         period nor since the filter last had none.
         """
     @property
+    def free_samples(self) -> int:
+        """
+        Number of updates in whose period nothing was touched.
+        """
+    @property
     def loss_latency(self) -> numpy.typing.NDArray[numpy.float64]:
         """
         (k,), s: likewise, from each contact's end to dimension 0.
@@ -6704,6 +6839,11 @@ class FilterTrialMetrics:
     def second_latency(self) -> numpy.typing.NDArray[numpy.float64]:
         """
         (k,), s: likewise, from each second wall to dimension 2.
+        """
+    @property
+    def stated_samples(self) -> int:
+        """
+        Of those, of dimension 1 or 2 with a direction_uncertainty below pi/2.
         """
 def _angular_metric_descriptions() -> list[tuple[str, str, str]]:
     """
@@ -6847,8 +6987,8 @@ def saturate(value: typing.Any, max_norm: typing.SupportsFloat | typing.Supports
     """
     `value` (3,) shortened to `max_norm` if it is longer.
     """
-_FILTER_TRIAL_DRIVES: tuple = ('closed_loop', 'true_selection', 'kinematic')
-_FILTER_TRIAL_SCENES: tuple = ('free', 'plane', 'cylinder', 'inner_corner', 'step_edge', 'still', 'grazing', 'soft')
+_FILTER_TRIAL_DRIVES: tuple = ('closed_loop', 'true_selection', 'kinematic', 'quasi_static')
+_FILTER_TRIAL_SCENES: tuple = ('free', 'plane', 'cylinder', 'inner_corner', 'step_edge', 'still', 'grazing', 'soft', 'pulled', 'pressed_corner', 'wall_at_rest', 'groove', 'slot', 'bore', 'chamfer')
 _LIKELIHOODS: tuple = ('paper', 'friction_cone')
 _PANDA: dict
 _RECORDING_EXAMPLE: str = 't,px,py,pz\n0.00,0.450,0.010,0.200\n0.01,0.451,0.010,0.199\n'

@@ -11,6 +11,7 @@
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/experiment/filter_trial_plant.h"
+#include "dual_proxy/experiment/filter_trial_sensor.h"
 #include "dual_proxy/experiment/filter_trial_setting.h"
 #include "dual_proxy/experiment/quantile.h"
 
@@ -147,11 +148,20 @@ void SetResult(const ForceSpaceParticleFilterState& state,
                const SceneContact& truth, FilterTrialSample* sample) {
   sample->dimension = state.dimension;
   sample->singular_vectors = state.singular_vectors;
+  sample->direction_uncertainty = state.direction_uncertainty;
+  sample->dimension_confidence = state.dimension_confidence;
   sample->true_dimension = truth.dimension;
   sample->true_force = truth.force;
   sample->true_normal = truth.normal;
   sample->true_axis = CalcTrueAxis(truth);
   sample->direction_error = CalcDirectionError(*sample, state.force_selection);
+}
+
+/** Whether the filter's period that begins at `time` is one of the trial. */
+bool HasBegun(const FilterTrialParams& params,
+              const std::vector<FilterTrialInterval>& contacts, double time) {
+  if (!params.filter_start) return true;
+  return !contacts.empty() && time >= contacts[0].begin + *params.filter_start;
 }
 
 /** The tool of a trial, driven in the way that its parameters ask for. */
@@ -161,12 +171,15 @@ class Tool {
        double motion_stiffness)
       : drive_(drive),
         dynamic_(setting, motion_stiffness),
-        kinematic_(setting) {}
+        kinematic_(setting),
+        quasi_static_(setting) {}
 
   FilterTrialTick Update(const Vector3d& goal, const Matrix3d& estimate) {
     switch (drive_) {
       case FilterTrialDrive::kKinematic:
         return kinematic_.Update(goal);
+      case FilterTrialDrive::kQuasiStatic:
+        return quasi_static_.Update(goal, estimate);
       case FilterTrialDrive::kTrueSelection:
         return dynamic_.Update(goal, UpdateTrueSelection());
       default:
@@ -186,6 +199,7 @@ class Tool {
   FilterTrialDrive drive_;
   FilterTrialPointRobot dynamic_;
   FilterTrialKinematicTool kinematic_;
+  FilterTrialQuasiStaticTool quasi_static_;
   std::vector<Matrix3d> true_selections_;
 };
 
@@ -193,6 +207,12 @@ class Tool {
 
 void FilterTrialParams::Validate() const {
   ValidateFields("FilterTrialParams", *this);
+  if (scene == FilterTrialScene::kBore &&
+      drive == FilterTrialDrive::kKinematic) {
+    throw InvalidField("FilterTrialParams", "drive",
+                       "expected another in scene \"bore\", where it finds no "
+                       "rest, got \"kinematic\"");
+  }
 }
 
 FilterTrial RunFilterTrial(const FilterTrialParams& params,
@@ -207,15 +227,21 @@ FilterTrial RunFilterTrial(const FilterTrialParams& params,
   Tool tool(params.drive, setting, std::pow(10, DrawUniform(2, 3.3, &random)));
   double next_update = period * DrawUniform(0, 1, &random);
   RandomStream noise(SplitSeed(params.seed, 1));
+  FilterTrialSensor sensor(params);
   ForceSpaceParticleFilterState state = filter.MakeState(filter_seed);
 
   FilterTrial trial;
   IntervalRecorder contacts;
   IntervalRecorder second_walls;
   PeriodSums sums;
+  Vector3d last_force = Vector3d::Zero();
   for (std::size_t i = 0; i < setting.path.size(); ++i) {
-    const FilterTrialTick tick =
-        tool.Update(setting.path[i], state.force_selection);
+    FilterTrialTick tick = tool.Update(setting.path[i], state.force_selection);
+    tick.velocity +=
+        setting.frame_velocity[i] +
+        params.tool_compliance / kStep * (tick.contact.force - last_force);
+    last_force = tick.contact.force;
+    tick.sensed_force = sensor.Measure(tick.sensed_force);
     const double time = static_cast<double>(i + 1) * kStep;
     contacts.Update(time,
                     tick.contact.force.norm() >= kFilterTrialContactForce);
@@ -225,6 +251,7 @@ FilterTrial RunFilterTrial(const FilterTrialParams& params,
     if (time < next_update - 0.5 * kStep) continue;
     next_update += period;
     FilterTrialSample sample = sums.TakeMeans(params, &noise);
+    if (!HasBegun(params, contacts.intervals(), time - period)) continue;
     sample.time = time;
     UpdateFilter(filter, sample, &state);
     SetResult(state, tick.contact, &sample);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -29,6 +30,16 @@ enum class FilterTrialScene {
   kStill,        ///< Presses on a plane without moving.
   kGrazing,      ///< Skims a plane fast and with little force.
   kSoft,         ///< Sinks slowly into a soft plane, then slides.
+  kPulled,       ///< Presses on a plane, pulled aside less than friction holds.
+  /** At rest in a corner while the forces on floor and wall change between 4
+  and 18 N; then along it. */
+  kPressedCorner,
+  kWallAtRest,  ///< Slides on a floor, rests beside a wall, and presses it.
+  kGroove,      ///< Down one side of a V of 60 to 90 degrees, and along it.
+  kSlot,        ///< A floor between walls 1 mm wider than the tool, by turns.
+  /** Along a bore 1 mm wider than the tool, all around it; not kKinematic. */
+  kBore,
+  kChamfer,  ///< A floor, up a slope of 30 to 45 degrees, and back.
 };
 
 template <>
@@ -41,7 +52,14 @@ struct EnumStrings<FilterTrialScene> {
       {FilterTrialScene::kStepEdge, "step_edge"},
       {FilterTrialScene::kStill, "still"},
       {FilterTrialScene::kGrazing, "grazing"},
-      {FilterTrialScene::kSoft, "soft"}};
+      {FilterTrialScene::kSoft, "soft"},
+      {FilterTrialScene::kPulled, "pulled"},
+      {FilterTrialScene::kPressedCorner, "pressed_corner"},
+      {FilterTrialScene::kWallAtRest, "wall_at_rest"},
+      {FilterTrialScene::kGroove, "groove"},
+      {FilterTrialScene::kSlot, "slot"},
+      {FilterTrialScene::kBore, "bore"},
+      {FilterTrialScene::kChamfer, "chamfer"}};
 };
 
 /** Where a trial's inputs come from. */
@@ -52,6 +70,10 @@ enum class FilterTrialDrive {
   kTrueSelection,
   /** No dynamics: the tool is where the path meets the surfaces. */
   kKinematic,
+  /** No inertia: the spring to the path is in balance with surfaces that give
+  and friction that sticks. The filter on trial splits its force in commands,
+  but does not change the motion. */
+  kQuasiStatic,
 };
 
 template <>
@@ -59,13 +81,14 @@ struct EnumStrings<FilterTrialDrive> {
   static constexpr std::pair<FilterTrialDrive, const char*> kValues[] = {
       {FilterTrialDrive::kClosedLoop, "closed_loop"},
       {FilterTrialDrive::kTrueSelection, "true_selection"},
-      {FilterTrialDrive::kKinematic, "kinematic"}};
+      {FilterTrialDrive::kKinematic, "kinematic"},
+      {FilterTrialDrive::kQuasiStatic, "quasi_static"}};
 };
 
 /** Parameters of RunFilterTrial(). `seed` decides what is not here: the scene's
 orientation, details of the path, stiffness of contact and controller, the
-tool's radius, the noise, and when within a period the filter's first update
-is. */
+tool's radius, the noise, the bias's direction, when there are spikes, and when
+within a period the filter's first update is. */
 struct FilterTrialParams {
   FilterTrialScene scene{FilterTrialScene::kPlane};
   FilterTrialDrive drive{FilterTrialDrive::kClosedLoop};
@@ -75,9 +98,23 @@ struct FilterTrialParams {
   double force_noise{0.2};
   double velocity_noise{0.0005};
   double hold_time{0.7};
+  std::optional<double> stiffness{};
+  double stiction{0};
+  double radius{0.1};
+  double surface_speed{0};
+  double breathing{0};
+  double tool_compliance{0};
+  double sensor_noise{0};
+  double sensor_hum{0};
+  double sensor_step{0};
+  double sensor_bias{0};
+  double bias_turn{0};
+  double spike{0};
+  std::optional<double> filter_start{};
   std::uint64_t seed{0};
 
-  /** @throws std::invalid_argument naming the field, its range and value. */
+  /** @throws std::invalid_argument naming the field, its range and value, or a
+  drive that the scene has not. */
   void Validate() const;
 
   /** Visits every field by name; see common/serialize.h. */
@@ -86,7 +123,8 @@ struct FilterTrialParams {
     VisitEnum(a, "FilterTrialParams", "scene", &scene, "what is touched");
     VisitEnum(a, "FilterTrialParams", "drive", &drive,
               "a point robot with the filter's selections, with the true ones "
-              "20 ms late, or no dynamics");
+              "20 ms late, no dynamics, or none but what friction and "
+              "stiffness do");
     a->Visit(Field("friction", &friction, Between(0, 2), "",
                    "mu, static and kinetic"));
     a->Visit(Field("speed", &speed, Above(0), "m/s", "of sliding"));
@@ -97,6 +135,36 @@ struct FilterTrialParams {
                    "likewise"));
     a->Visit(
         Field("hold_time", &hold_time, AtLeast(0), "s", "of pressing still"));
+    a->Visit(Field("stiffness", &stiffness, Between(100, 50000), "N/m",
+                   "of the surfaces; without it, drawn"));
+    a->Visit(Field("stiction", &stiction, Between(0, 2), "",
+                   "by which mu is more at rest, with drive quasi_static: the "
+                   "tool sticks and slips"));
+    a->Visit(Field("radius", &radius, Above(0), "m", "of the cylinder"));
+    a->Visit(Field("surface_speed", &surface_speed, AtLeast(0), "m/s",
+                   "of the surfaces along the floor, as on a conveyor; in a "
+                   "corner along that"));
+    a->Visit(Field("breathing", &breathing, AtLeast(0), "m",
+                   "amplitude of the surfaces along the floor's normal, at "
+                   "0.3 Hz"));
+    a->Visit(Field("tool_compliance", &tool_compliance, AtLeast(0), "m/N",
+                   "of the tool beyond where its velocity is measured"));
+    a->Visit(Field("sensor_noise", &sensor_noise, AtLeast(0), "N",
+                   "standard deviation per axis of each sample of the force "
+                   "sensor, 1 kHz"));
+    a->Visit(Field("sensor_hum", &sensor_hum, AtLeast(0), "N",
+                   "amplitude of the sensor's hum at 50 Hz"));
+    a->Visit(Field("sensor_step", &sensor_step, AtLeast(0), "N",
+                   "of the sensor's quantisation; 0 is none"));
+    a->Visit(Field("sensor_bias", &sensor_bias, AtLeast(0), "N",
+                   "size of the sensor's bias"));
+    a->Visit(Field("bias_turn", &bias_turn, AtLeast(0), "rad/s",
+                   "at which the bias turns"));
+    a->Visit(Field("spike", &spike, AtLeast(0), "N",
+                   "of the sensor for 2 ms, every 0.3 to 0.9 s"));
+    a->Visit(Field("filter_start", &filter_start, AtLeast(0), "s",
+                   "from the first contact to the filter's first period; "
+                   "without it, the filter begins with the trial"));
     a->Visit(Field("seed", &seed, AtLeast(0), "", "of what is not here"));
   }
 };
@@ -113,6 +181,8 @@ struct FilterTrialSample {
   /** The filter's. */
   int dimension{0};
   Eigen::Matrix3d singular_vectors{Eigen::Matrix3d::Identity()};
+  double direction_uncertainty{0};  ///< rad
+  double dimension_confidence{0};
   /** Whether the tool touched anything, however briefly, in the period. */
   bool touched{false};
   int true_dimension{0};

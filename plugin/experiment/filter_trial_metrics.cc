@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kRightAngle = 90 * kDegree;
 constexpr double kShortest = 0.1;  // s: what is over sooner need not be found.
 
 /** Adds how long the filter takes to show, by `shows(dimension)`, what is true
@@ -44,6 +45,7 @@ void FilterTrialMetrics::Add(const FilterTrial& trial) {
   int last_dimension = 0;
   for (const FilterTrialSample& sample : trial.samples) {
     ++samples;
+    free_samples += !sample.touched;
     explained = explained || sample.touched;
     if (sample.dimension > 0 && !explained) ++false_contact_samples;
     if (sample.dimension == 0 && !sample.touched) explained = false;
@@ -52,7 +54,17 @@ void FilterTrialMetrics::Add(const FilterTrial& trial) {
 
     if (sample.true_force.norm() < kFilterTrialContactForce) continue;
     ++contact_samples;
-    if (sample.dimension == sample.true_dimension) ++right_dimension_samples;
+    const bool is_right = sample.dimension == sample.true_dimension;
+    right_dimension_samples += is_right;
+    if (sample.dimension_confidence > 0.9) {
+      ++confident_samples;
+      confident_right_samples += is_right;
+    }
+    if (is_right && sample.dimension % 3 != 0 &&
+        sample.direction_uncertainty < kRightAngle) {
+      ++stated_samples;
+      covered_samples += sample.direction_error <= sample.direction_uncertainty;
+    }
     if (sample.dimension == 0) continue;
     const double degrees = sample.direction_error / kDegree;
     direction_error.push_back(degrees);

@@ -15,6 +15,15 @@ struct FilterTrialMetrics {
   std::int64_t contact_samples{0};
   /** Of contact_samples: the filter's dimension is the true one. */
   std::int64_t right_dimension_samples{0};
+  /** Of these, of dimension 1 or 2 with a direction_uncertainty that says
+  something (less than pi/2); and those whose direction_error is within it. */
+  std::int64_t stated_samples{0};
+  std::int64_t covered_samples{0};
+  /** Of contact_samples: surer of the dimension than 0.9; and right. */
+  std::int64_t confident_samples{0};
+  std::int64_t confident_right_samples{0};
+  /** Nothing was touched in the period. */
+  std::int64_t free_samples{0};
   /** The filter has a contact though nothing was touched, neither in this
   period nor since it last had none. */
   std::int64_t false_contact_samples{0};

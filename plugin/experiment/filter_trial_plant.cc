@@ -23,6 +23,35 @@ using Forces = Eigen::Matrix<double, ContactScene::kMaxSurfaces, 1>;
 // solution by 0.12 with each.
 constexpr int kSweeps = 20;
 
+constexpr double kLeastForce = 1e-3;  // N: less is no contact.
+
+// Of the tool that is always in balance. It is stable while
+// stiffness * kBalanceStep / kBalanceDamping is less than 1.2: two surfaces
+// give along a direction in which one is stuck and the other is pressed.
+constexpr int kBalanceSteps = 8;
+constexpr double kBalanceStep = kStep / kBalanceSteps;
+constexpr double kBalanceDamping = 8;    // N s/m
+constexpr double kStuckStiffness = 0.7;  // Across the normal, over along it.
+constexpr double kSlipSpeed = 0.05;      // m/s: takes stiction away.
+
+/** What `count` normal forces (N) come to, without friction. */
+SceneContact MakeContact(const Normals& normals, const Forces& forces,
+                         int count) {
+  SceneContact contact;
+  ContactTruth truth;
+  for (int i = 0; i < count; ++i) {
+    if (!(forces(i) > kLeastForce)) continue;
+    contact.normals.col(contact.count) = normals.col(i);
+    contact.normal_forces(contact.count) = forces(i);
+    ++contact.count;
+    truth.Add(forces(i) * normals.col(i), normals.col(i));
+  }
+  contact.force = truth.force();
+  contact.normal = truth.CalcNormal();
+  contact.dimension = truth.dimension();
+  return contact;
+}
+
 }  // namespace
 
 FilterTrialPointRobot::FilterTrialPointRobot(const FilterTrialSetting& setting,
@@ -112,7 +141,6 @@ SurfaceContact FilterTrialKinematicTool::CalcTouch(
 }
 
 SceneContact FilterTrialKinematicTool::CalcContact(const Vector3d& push) const {
-  SceneContact contact;
   Normals normals;
   int count = 0;
   for (int i = 0; i < num_surfaces(); ++i) {
@@ -131,18 +159,7 @@ SceneContact FilterTrialKinematicTool::CalcContact(const Vector3d& push) const {
       rest -= more * normals.col(i);
     }
   }
-  ContactTruth truth;
-  for (int i = 0; i < count; ++i) {
-    if (!(forces(i) > 1e-3)) continue;
-    contact.normals.col(contact.count) = normals.col(i);
-    contact.normal_forces(contact.count) = forces(i);
-    ++contact.count;
-    truth.Add(forces(i) * normals.col(i), normals.col(i));
-  }
-  contact.force = truth.force();
-  contact.normal = truth.CalcNormal();
-  contact.dimension = truth.dimension();
-  return contact;
+  return MakeContact(normals, forces, count);
 }
 
 FilterTrialTick FilterTrialKinematicTool::Update(const Vector3d& goal) {
@@ -160,6 +177,63 @@ FilterTrialTick FilterTrialKinematicTool::Update(const Vector3d& goal) {
   tick.contact_force = tick.contact.force;
   tick.motion_force = friction + 2 * tick.velocity;
   tick.contact.force += friction;
+  tick.sensed_force = tick.contact.force;
+  return tick;
+}
+
+FilterTrialQuasiStaticTool::FilterTrialQuasiStaticTool(
+    const FilterTrialSetting& setting)
+    : tool_radius_(setting.scene.tool_radius),
+      stiction_(setting.stiction),
+      position_(setting.path.front()) {
+  for (const ContactSurfaceParams& surface : setting.scene.surfaces) {
+    surfaces_.push_back({ContactSurface(surface)});
+  }
+}
+
+SceneContact FilterTrialQuasiStaticTool::Advance(const Vector3d& goal) {
+  const Vector3d velocity =
+      (kFilterTrialStiffness * (goal - position_) - force_) / kBalanceDamping;
+  position_ += kBalanceStep * velocity;
+  Normals normals;
+  Forces forces;
+  Vector3d friction = Vector3d::Zero();
+  int count = 0;
+  for (Touched& touched : surfaces_) {
+    const ContactSurfaceParams& params = touched.surface.params();
+    const SurfaceDistance distance = touched.surface.CalcDistance(position_);
+    normals.col(count) = distance.normal;
+    forces(count) =
+        params.stiffness * std::max(0.0, tool_radius_ - distance.value);
+    if (forces(count) <= kLeastForce) forces(count) = 0;
+    // Across the normal it is stretched up to where friction slips.
+    const double mu =
+        params.friction + stiction_ * std::exp(-touched.slip / kSlipSpeed);
+    const double stiffness = kStuckStiffness * params.stiffness;
+    const double limit = mu * forces(count) / stiffness;
+    touched.stretch += kBalanceStep * velocity;
+    touched.stretch -= distance.normal.dot(touched.stretch) * distance.normal;
+    const double excess = touched.stretch.norm() - limit;
+    touched.slip = std::max(0.0, excess) / kBalanceStep;
+    if (excess > 0) touched.stretch *= limit / (limit + excess);
+    friction += stiffness * touched.stretch;
+    ++count;
+  }
+  SceneContact contact = MakeContact(normals, forces, count);
+  contact.force += friction;
+  force_ = contact.force;
+  return contact;
+}
+
+FilterTrialTick FilterTrialQuasiStaticTool::Update(const Vector3d& goal,
+                                                   const Matrix3d& Omega_f) {
+  const Vector3d start = position_;
+  FilterTrialTick tick;
+  for (int i = 0; i < kBalanceSteps; ++i) tick.contact = Advance(goal);
+  tick.velocity = (position_ - start) / kStep;
+  const Vector3d spring = kFilterTrialStiffness * (goal - position_);
+  tick.contact_force = Omega_f * spring;
+  tick.motion_force = spring - tick.contact_force;
   tick.sensed_force = tick.contact.force;
   return tick;
 }

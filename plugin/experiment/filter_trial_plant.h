@@ -69,4 +69,36 @@ class FilterTrialKinematicTool {
   Eigen::Vector3d position_;
 };
 
+/** A tool without inertia: a damper moves it until the spring to the path is in
+balance with the contact. Each surface gives along its normal and, stuck, across
+it, until friction slips: more than mu at rest, by `stiction`, which a sliding
+speed of some 50 mm/s takes away. */
+class FilterTrialQuasiStaticTool {
+ public:
+  explicit FilterTrialQuasiStaticTool(const FilterTrialSetting& setting);
+
+  /** @param goal  m: the intended position.
+  @param Omega_f  selection of force space, which splits the spring's force in
+    commands. */
+  FilterTrialTick Update(const Eigen::Vector3d& goal,
+                         const Eigen::Matrix3d& Omega_f);
+
+ private:
+  SceneContact Advance(const Eigen::Vector3d& goal);
+
+  struct Touched {
+    ContactSurface surface;
+    /** m: by which it is stretched across its normal, and m/s: how fast it
+    slips. */
+    Eigen::Vector3d stretch{Eigen::Vector3d::Zero()};
+    double slip{0};
+  };
+
+  std::vector<Touched> surfaces_;
+  double tool_radius_;
+  double stiction_;
+  Eigen::Vector3d position_;
+  Eigen::Vector3d force_{Eigen::Vector3d::Zero()};
+};
+
 }  // namespace dual_proxy

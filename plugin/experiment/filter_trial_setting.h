@@ -28,9 +28,12 @@ Eigen::Vector3d DrawNormal3(RandomStream* random);
 /** What a trial's tool moves in, and where it is meant to go. */
 struct FilterTrialSetting {
   ContactSceneParams scene;
-  /** m, in B: intended position of the tool's centre, one per control period.
-   */
+  double stiction{0};  ///< By which mu is more at rest.
+  /** m, in a frame that moves with the surfaces and begins as B: intended
+  position of the tool's centre, one per control period; and that frame's
+  velocity, m/s in B. */
   std::vector<Eigen::Vector3d> path;
+  std::vector<Eigen::Vector3d> frame_velocity;
 };
 
 /** Sets up a valid trial's scene and path, turned at random. */

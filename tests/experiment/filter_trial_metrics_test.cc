@@ -140,6 +140,32 @@ TEST(FilterTrialMetricsTest, ErrorsAndDimensionsCountFromHalfANewton) {
   EXPECT_EQ(dut.direction_error.size(), 6u);
 }
 
+TEST(FilterTrialMetricsTest, WhatTheFilterStatesIsHeldAgainstTheTruth) {
+  FilterTrial trial = MakeTrial(7);
+  const auto set = [&](int i, int dimension, double error, double uncertainty,
+                       double confidence) {
+    FilterTrialSample& sample = trial.samples[static_cast<std::size_t>(i)];
+    sample.touched = true;
+    sample.true_force = {0, 6, 0};
+    sample.true_dimension = 1;
+    sample.dimension = dimension;
+    sample.direction_error = error;
+    sample.direction_uncertainty = uncertainty;
+    sample.dimension_confidence = confidence;
+  };
+  set(0, 1, 0.1, 0.2, 0.95);
+  set(1, 1, 0.3, 0.2, 0.95);
+  set(2, 1, 0.3, std::numbers::pi / 2, 0.5);  // States nothing.
+  set(3, 2, 0.1, 0.2, 0.95);                  // The wrong dimension.
+  set(4, 2, 0.1, 0.2, 0.85);
+  const FilterTrialMetrics dut = Measure(trial);
+  EXPECT_EQ(dut.stated_samples, 2);
+  EXPECT_EQ(dut.covered_samples, 1);
+  EXPECT_EQ(dut.confident_samples, 3);
+  EXPECT_EQ(dut.confident_right_samples, 2);
+  EXPECT_EQ(dut.free_samples, 2);
+}
+
 TEST(FilterTrialMetricsTest, ATrialWithoutSamplesAddsNothing) {
   FilterTrial trial;
   trial.contacts = {{0.2, 0.9}};

@@ -52,7 +52,7 @@ _SPEEDS_AND_FORCES = dict.fromkeys(
     ("plane", "cylinder", "inner_corner", "step_edge", "soft"),
     ((0.03, 0.05, 0.1), (3.0, 6.0, 10.0)),
 ) | {"grazing": ((0.1, 0.2, 0.3), (1.5, 2.0, 3.0))}
-_DRIVES: tuple[str, ...] = _core._FILTER_TRIAL_DRIVES
+_DRIVES = ("closed_loop", "true_selection", "kinematic")
 
 
 class Config(NamedTuple):
