@@ -11,7 +11,13 @@ import numpy as np
 import pytest
 
 from dual_proxy import cli
-from dual_proxy.bench import engine, filter_recordings, filter_report, pages
+from dual_proxy.bench import (
+    engine,
+    filter_recordings,
+    filter_report,
+    filter_situations,
+    pages,
+)
 from dual_proxy.bench import filter as bench
 from dual_proxy.settings import ScenarioError
 
@@ -19,7 +25,7 @@ from dual_proxy.settings import ScenarioError
 RECORDINGS = os.environ.get("DUAL_PROXY_RECORDINGS")
 MARKS = "".join(
     f"<!-- dual-proxy bench filter: {name} -->\n\nText after {name}.\n\n"
-    for name in ("grid", "targets", "dependence")
+    for name in ("grid", "targets", "situations", "dependence")
 )
 
 
@@ -120,6 +126,50 @@ def test_output_is_readable(quick, results):
     assert "not met" not in free
 
 
+def test_every_situation_is_held_against_its_targets(results):
+    names = list(filter_situations.SITUATIONS)
+    for likelihood in bench.LIKELIHOODS:
+        for rate in filter_report.SITUATION_RATES:
+            of_setting = rows(results, "situations", likelihood=likelihood, rate=rate)
+            assert [row["situation"] for row in of_setting] == names
+            for row in of_setting:
+                is_free = "free" in row["situation"]
+                assert (row["contact_samples"] == 0) == is_free
+                # The printed method says nothing of its own accuracy.
+                for key in ("coverage", "confidence"):
+                    value = row[key]
+                    assert (value is None) == (is_free or likelihood == "paper")
+                    assert value is None or 0 <= value <= 1
+                assert 0 <= row["false_contact_share"] <= 1
+    lines = filter_report.situation_table(results).splitlines()
+    assert len(lines) == 3 + len(names) * len(filter_report.SITUATION_RATES)
+    assert len({line.count("|") for line in lines}) == 1
+    assert "friction_cone: coverage" in lines[0]
+    assert "paper: coverage" not in lines[0]
+
+
+def test_what_misses_a_target_is_bold():
+    def cells(**values):
+        row = {
+            "direction_error_mean_deg": 4.0,
+            "direction_error_p95_deg": 9.0,
+            "dimension_right": 0.96,
+            "coverage": 0.95,
+            "confidence": 0.97,
+            "false_contact_share": 0.0,
+        }
+        return [column.cell(row | values) for column in filter_report.SITUATION_COLUMNS]
+
+    assert cells() == ["4 / 9", "0.96", "0.95", "0.97", "0"]
+    assert cells(coverage=0.85)[:3] == ["**4 / 9**", "0.96", "**0.85**"]
+    assert cells(coverage=0.99)[:3] == ["4 / 9", "0.96", "**0.99**"]
+    assert cells(coverage=None)[:3] == ["**4 / 9**", "0.96", "-"]
+    assert cells(dimension_right=0.94)[1] == "**0.94**"
+    assert cells(confidence=0.8, false_contact_share=3e-4)[3:] == [
+        *("**0.8**", "**0.0003**")
+    ]
+
+
 def test_results_do_not_depend_on_the_number_of_workers():
     plan = dataclasses.replace(bench.QUICK, num_particles=(100,), rates=(15.0,))
     grids = []
@@ -147,7 +197,9 @@ def test_full_plan_meets_each_pair_of_drive_friction_speed_and_force():
 def test_quantile_of_latencies_knows_what_was_missed():
     class Result:
         samples = contact_samples = right_dimension_samples = 0
-        dimension_changes = false_contact_samples = 0
+        dimension_changes = false_contact_samples = free_samples = 0
+        stated_samples = covered_samples = 0
+        confident_samples = confident_right_samples = 0
         direction_error = axis_error = np.array([])
         loss_latency = second_latency = np.array([])
         detection_latency = np.array([0.01] * 18 + [0.03] + [math.inf])
@@ -169,7 +221,7 @@ def test_page_is_filled_and_filled_again(results, tmp_path):
     pages.check_page(page, False, filter_report.PAGE_TABLES)
     filter_report.write_page(page, results)
     once = page.read_text()
-    for name in ("grid", "targets", "dependence"):
+    for name in ("grid", "targets", "situations", "dependence"):
         mark = f"<!-- dual-proxy bench filter: {name} -->\n| "
         assert mark in once
         assert f"|\n\nText after {name}.\n\n" in once

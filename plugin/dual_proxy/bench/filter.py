@@ -8,9 +8,10 @@ the costs depend on the plan alone, not on the number of workers.
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -22,8 +23,10 @@ from dual_proxy._core import (
     FilterTrialMetrics,
     FilterTrialParams,
     ForceSpaceParticleFilterParams,
+    FrictionConeParams,
     run_filter_trial,
 )
+from dual_proxy.bench.filter_situations import SITUATIONS, Situation
 
 __all__ = [
     "FULL",
@@ -33,6 +36,7 @@ __all__ = [
     "Config",
     "Plan",
     "measure_grid",
+    "measure_situations",
     "measure_still",
     "worker_pool",
 ]
@@ -86,6 +90,8 @@ class Plan:
     """Of each trial with another seed, and of each measurement of the cost."""
     still_time: float
     """s: of pressing without moving."""
+    situation_trials: int
+    """Of each situation."""
 
     @property
     def configs(self) -> list[Config]:
@@ -137,6 +143,7 @@ FULL = Plan(
     full_square=True,
     repeats=2,
     still_time=300.0,
+    situation_trials=12,
 )
 QUICK = Plan(
     num_particles=(100, 1000),
@@ -144,6 +151,7 @@ QUICK = Plan(
     full_square=False,
     repeats=1,
     still_time=20.0,
+    situation_trials=1,
 )
 
 
@@ -176,23 +184,22 @@ def measure_grid(
         progress(
             f"{config.likelihood}, {config.num_particles} particles, {config.rate:g} Hz"
         )
-        params = config.params
-
-        def run(
-            trial: FilterTrialParams, params: ForceSpaceParticleFilterParams = params
-        ) -> FilterTrialMetrics:
-            metrics = FilterTrialMetrics()
-            metrics.add(run_filter_trial(trial, params, trial.seed))
-            return metrics
-
-        results = list(pool.map(run, trials))
+        results = list(pool.map(_run, trials, itertools.repeat(config.params)))
         pooled = [
             dict(zip(("scene", "drive", "friction"), key, strict=True)) | row
             for key, row in _pool_results(trials, results)
         ]
-        pooled[0]["cost_us_per_s"] = _measure_cost(params, plan.repeats)
+        pooled[0]["cost_us_per_s"] = _measure_cost(config.params, plan.repeats)
         rows += [config._asdict() | row for row in pooled]
     return rows
+
+
+def _run(
+    trial: FilterTrialParams, params: ForceSpaceParticleFilterParams
+) -> FilterTrialMetrics:
+    metrics = FilterTrialMetrics()
+    metrics.add(run_filter_trial(trial, params, trial.seed))
+    return metrics
 
 
 def _pool_results(
@@ -231,14 +238,17 @@ def _summary(results: Iterable[FilterTrialMetrics]) -> Row:
     def values(name: str) -> Array:
         return np.concatenate([getattr(result, name) for result in results])
 
-    contact = total("contact_samples")
+    def share(some: str, all_: str) -> float | None:
+        return total(some) / total(all_) if total(all_) else None
+
     row: Row = {
         "trials": len(results),
         "samples": total("samples"),
-        "contact_samples": contact,
-        "dimension_right": total("right_dimension_samples") / contact
-        if contact
-        else None,
+        "contact_samples": total("contact_samples"),
+        "dimension_right": share("right_dimension_samples", "contact_samples"),
+        "coverage": share("covered_samples", "stated_samples"),
+        "confidence": share("confident_right_samples", "confident_samples"),
+        "false_contact_share": share("false_contact_samples", "free_samples"),
         "dimension_changes": total("dimension_changes"),
         "false_contact_samples": total("false_contact_samples"),
     }
@@ -274,6 +284,42 @@ def _measure_cost(filter_params: ForceSpaceParticleFilterParams, repeats: int) -
                 _core._measure_filter_cost(trial, filter_params, 0, repeats + 1)
             )
     return float(np.mean(costs))
+
+
+def measure_situations(
+    plan: Plan,
+    configs: Sequence[Config],
+    pool: ThreadPoolExecutor,
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[Row]:
+    """Run every situation with each setting of the filter; return a row for each.
+
+    `coverage` is the share of the updates in contact with the right dimension, 1
+    or 2, where the direction error is within the stated uncertainty, and
+    `confidence` that of the right dimension where the filter is surer of it than
+    0.9: None where it states nothing.
+    """
+
+    def submit(config: Config, situation: Situation) -> list[Future[Any]]:
+        params = config.params
+        params.friction_cone = FrictionConeParams(**situation.cone)
+        return [
+            pool.submit(_run, trial, params)
+            for trial in situation.trials(plan.situation_trials)
+        ]
+
+    progress("situations")
+    runs = [
+        (config, name, submit(config, situation))
+        for name, situation in SITUATIONS.items()
+        for config in configs
+    ]
+    return [
+        config._asdict()
+        | {"situation": name}
+        | _summary(run.result() for run in of_situation)
+        for config, name, of_situation in runs
+    ]
 
 
 def measure_still(

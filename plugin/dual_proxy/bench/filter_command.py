@@ -13,17 +13,20 @@ from dual_proxy.bench.filter import (
     QUICK,
     Config,
     measure_grid,
+    measure_situations,
     measure_still,
     worker_pool,
 )
 from dual_proxy.bench.filter_recordings import measure_recordings, read_recordings
 from dual_proxy.bench.filter_report import (
     PAGE_TABLES,
+    SITUATION_RATES,
     TARGET_PARTICLES,
     TARGET_RATES,
     dependence_table,
     draw,
     grid_table,
+    situation_table,
     target_table,
     write_page,
 )
@@ -46,15 +49,19 @@ def bench_filter(
         check_page(page, quick, PAGE_TABLES)
     recorded = read_recordings(recordings) if recordings is not None else []
     plan = QUICK if quick else FULL
-    targeted = [
-        Config(likelihood, TARGET_PARTICLES, rate)
-        for likelihood in LIKELIHOODS
-        for rate in TARGET_RATES
-    ]
+    targeted, in_situations = (
+        [
+            Config(likelihood, TARGET_PARTICLES, rate)
+            for likelihood in LIKELIHOODS
+            for rate in rates
+        ]
+        for rates in (TARGET_RATES, SITUATION_RATES)
+    )
     with worker_pool() as pool:
         results = {
             "grid": measure_grid(plan, pool, _progress),
             "still": measure_still(plan, targeted, pool),
+            "situations": measure_situations(plan, in_situations, pool, _progress),
             # They are of 100 Hz.
             "recordings": measure_recordings(
                 recorded, [config for config in targeted if config.rate <= 100.0]
@@ -68,6 +75,7 @@ def bench_filter(
     print(f"{where['processor']}, {where['processors']} processors\n")
     print(grid_table(results), end="\n\n")
     print(target_table(results), end="\n\n")
+    print(situation_table(results), end="\n\n")
     if plan.full_square:
         print(dependence_table(results), end="\n\n")
     print(f"saved: {out / 'filter.json'}, {out / 'filter.png'}")

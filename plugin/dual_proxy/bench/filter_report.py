@@ -16,9 +16,11 @@ from dual_proxy.bench.pages import fill_page, markdown_table, number_text
 
 __all__ = [
     "PAGE_TABLES",
+    "SITUATION_COLUMNS",
     "dependence_table",
     "draw",
     "grid_table",
+    "situation_table",
     "target_table",
     "write_page",
 ]
@@ -30,9 +32,13 @@ Results = dict[str, list[Row]]
 TARGET_PARTICLES = 1000
 TARGET_RATES = (15.0, 100.0, 200.0)
 
+#: Of the situations, with as many particles.
+SITUATION_RATES = (15.0, 100.0, 1000.0)
+
 #: What names the places of the tables in a page.
 PAGE_TABLES = tuple(
-    f"dual-proxy bench filter: {name}" for name in ("grid", "targets", "dependence")
+    f"dual-proxy bench filter: {name}"
+    for name in ("grid", "targets", "situations", "dependence")
 )
 
 
@@ -84,6 +90,40 @@ class Target(NamedTuple):
         if self.limit_15 is not None:
             text += f" ({self.limit_15:g} at 15 Hz)"
         return text
+
+
+class SituationColumn(NamedTuple):
+    """A quantity of the situations, and the limits of its value."""
+
+    key: str
+    label: str
+    target: str
+    low: float
+    high: float
+
+    def cell(self, row: Row) -> str:
+        """Return the value, bold if it misses the target."""
+        value = row[self.key]
+        if value is None:
+            return "-"
+        met = self.low <= value <= self.high
+        text = number_text(value)
+        if self.key == "direction_error_mean_deg":
+            met = met or (row["coverage"] or 0.0) >= _COVERED
+            text += f" / {number_text(row['direction_error_p95_deg'])}"
+        return text if met else f"**{text}**"
+
+
+_COVERED = 0.9
+SITUATION_COLUMNS = (
+    SituationColumn(
+        *("direction_error_mean_deg", "error, deg", "<= 3 or covered", 0.0, 3.0)
+    ),
+    SituationColumn("dimension_right", "dimension right", ">= 0.95", 0.95, 1.0),
+    SituationColumn("coverage", "coverage", "0.9 to 0.98", _COVERED, 0.98),
+    SituationColumn("confidence", "confidence", ">= 0.9", 0.9, 1.0),
+    SituationColumn("false_contact_share", "false contact", "0", 0.0, 0.0),
+)
 
 
 def _scene(scene: str) -> dict[str, Any]:
@@ -206,6 +246,25 @@ def grid_table(results: Results) -> str:
     )
 
 
+def situation_table(results: Results) -> str:
+    """Return what each situation comes to, bold where it misses a target."""
+    rows = results["situations"]
+    head = ["situation", "Hz"]
+    target = ["target", ""]
+    keys = dict.fromkeys((row["situation"], row["rate"]) for row in rows)
+    cells = [[situation, f"{rate:g}"] for situation, rate in keys]
+    for likelihood in dict.fromkeys(row["likelihood"] for row in rows):
+        of_likelihood = [row for row in rows if row["likelihood"] == likelihood]
+        for column in SITUATION_COLUMNS:
+            if all(row[column.key] is None for row in of_likelihood):
+                continue
+            head.append(f"{likelihood}: {column.label}")
+            target.append(column.target)
+            for line, row in zip(cells, of_likelihood, strict=True):
+                line.append(column.cell(row))
+    return markdown_table(head, [target, *cells])
+
+
 def dependence_table(results: Results) -> str:
     """Return what drive and friction do, at 1000 particles and 100 Hz."""
     return markdown_table(
@@ -312,7 +371,12 @@ def draw(results: Results, path: Path) -> None:
 
 def write_page(page: Path, results: Results) -> None:
     """Put the tables into a page, and the figure into images/ beside it."""
-    tables = (grid_table(results), target_table(results), dependence_table(results))
+    tables = (
+        grid_table(results),
+        target_table(results),
+        situation_table(results),
+        dependence_table(results),
+    )
     for name, table in zip(PAGE_TABLES, tables, strict=True):
         fill_page(page, name, table)
     draw(results, page.parent / "images" / "bench_filter.png")
