@@ -58,6 +58,7 @@ constexpr double kConflictTime = 0.03;  // s: of motion along a normal,
 constexpr double kSunk = 2e-4;          // m: at least by this.
 constexpr double kDeparted = 3e-4;      // m: beyond its noise it is clear.
 constexpr double kLightWay = 5e-4;      // m: having moved on by this.
+constexpr double kLeastForce = 0.15;    // N: of a hand that rests lightly.
 constexpr double kPressed = 4;          // times loss_force: not lightly.
 constexpr double kWithdrawn = 0.5;      // times loss_force: pulled away.
 
@@ -284,7 +285,11 @@ bool ContactTracker::DropLost(const Vector3d& velocity, const Vector3d& command,
       const double pushed =
           std::max(command.dot(contact.normal), -2 * params_.loss_force);
       const double light = -0.5 * moved * lost_rate_ * (contact.force + pushed);
-      change = std::max(share * change, light);
+      // What is commanded into it is sensed, if it is there, or a little.
+      const double expected = std::max(pushed, kLeastForce);
+      const double absent =
+          moved * lost_rate_ * expected * (0.5 * expected - contact.force);
+      change = std::max({share * change, light, absent});
     } else {
       contact.departed = contact.way = 0;
     }

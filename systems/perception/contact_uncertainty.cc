@@ -15,13 +15,12 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kFirstTilt = 0.24;   // rad: with 95 %, of one contact,
-constexpr double kNextTilt = 0.38;    // and of the free axis of two.
-constexpr double kShapeLag = 0.0012;  // m: it is behind by this.
+constexpr double kFrictionTilt = 0.38;  // rad: friction's, with 95 %.
+constexpr double kShapeLag = 0.0012;    // m: it is behind by this.
 
 /** rad^2: square of how far friction may have tilted what never slid. */
-double CalcTilt2(const TrackedContact& contact, double tilt) noexcept {
-  return contact.slid < kSettledSlide ? tilt * tilt : 0;
+double CalcTilt2(const TrackedContact& contact) noexcept {
+  return contact.slid < kSettledSlide ? kFrictionTilt * kFrictionTilt : 0;
 }
 
 /** Along the principal axes of a plane. */
@@ -89,10 +88,9 @@ double ContactTracker::CalcDirectionUncertainty(const State& state) noexcept {
       const TrackedContact& contact = state.contacts[0];
       const PlaneVariances normal =
           CalcPlaneVariances(contact.covariance, contact.normal);
-      return std::sqrt(kScale2 *
-                           (3.84 * normal.largest + 2.16 * normal.smallest) +
-                       CalcTilt2(contact, kFirstTilt) + CalcBiasTilt2(state) +
-                       CalcMisfitTilt2(state));
+      return std::sqrt(
+          kScale2 * (3.84 * normal.largest + 2.16 * normal.smallest) +
+          CalcTilt2(contact) + CalcBiasTilt2(state) + CalcMisfitTilt2(state));
     }
     case 2: {
       const Vector3d axis = CalcFreeAxis(state);
@@ -102,10 +100,10 @@ double ContactTracker::CalcDirectionUncertainty(const State& state) noexcept {
         square +=
             kScale2 * 3.84 * std::max(0.0, axis.dot(contact.covariance * axis));
       }
-      return std::sqrt(square +
-                       std::max(CalcTilt2(state.contacts[0], kNextTilt),
-                                CalcTilt2(state.contacts[1], kNextTilt)) +
-                       CalcBiasTilt2(state) + CalcMisfitTilt2(state));
+      return std::sqrt(
+          square +
+          std::max(CalcTilt2(state.contacts[0]), CalcTilt2(state.contacts[1])) +
+          CalcBiasTilt2(state) + CalcMisfitTilt2(state));
     }
     default:
       return 0;

@@ -11,6 +11,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+constexpr double kTurning = 0.25;   // rad/sqrt(s): the tool, in B.
 constexpr double kFastest = 0.3;    // N/s: a force that grows faster is none.
 constexpr double kFreeDrift = 4;    // times the drift: the tool turns.
 constexpr double kShownTime = 1;    // s: what the velocity showed is old,
@@ -42,9 +43,12 @@ double ForceBias::CalcStd(const ForceBiasState& state) noexcept {
 }
 
 void ForceBias::Drift(ForceBiasState* state) const noexcept {
+  // A weight that is compensated wrongly turns as the tool does.
+  const double turning2 =
+      kTurning * kTurning * period_ * state->mean.squaredNorm();
   for (int i = 0; i < 3; ++i) {
-    state->covariance(i, i) =
-        std::min(state->covariance(i, i) + drift_variance_, variance_);
+    state->covariance(i, i) = std::min(
+        state->covariance(i, i) + drift_variance_ + turning2, variance_);
   }
 }
 
