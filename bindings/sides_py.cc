@@ -326,11 +326,15 @@ void BindHapticSide(py::module_& m) {
 }  // namespace
 
 void BindSides(py::module_& m) {
+  BindParams<PressureCentreParams>(m, "PressureCentreParams",
+                                   "What the angular filter's method "
+                                   "\"pressure_centre\" knows of sensor and "
+                                   "tool;\nnothing is per update.")
+      .Fields();
   BindParams<AngularFilterParams>(
       m, "AngularFilterParams",
-      "The angular filter: a force-space particle filter of moments and "
-      "angular\nvelocity. In a scenario the keys of `filter` stand directly in "
-      "`angular_filter`.")
+      "The angular filter, of moments and angular velocity. In a scenario the "
+      "keys of\n`filter`, the paper's, stand directly in `angular_filter`.")
       .Fields();
   BindParams<ContactPerceptionParams>(m, "ContactPerceptionParams",
                                       "Parameters of what a robot side feels.")

@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'Message', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'Message', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -4763,14 +4763,99 @@ class SchemesParams:
     @position_position.setter
     def position_position(self, arg1: typing.Any) -> None:
         ...
-class AngularFilterParams:
+class PressureCentreParams:
     """
-    The angular filter: a force-space particle filter of moments and angular
-    velocity. In a scenario the keys of `filter` stand directly in `angular_filter`.
+    What the angular filter's method "pressure_centre" knows of sensor and tool;
+    nothing is per update.
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'enabled': 'whether it runs; without it no moment is controlled, default false', 'filter': 'ForceSpaceParticleFilterParams: with N m for N and rad/s for m/s'}
+    fields: typing.ClassVar[dict] = {'contact_moment': 'N m, > 0: a moment across the normal that is larger is a direction, default 0.015', 'loss_moment': 'N m, in [0, contact_moment): a single direction is lost when it stays below, default 0.007', 'edge_distance': "m, > 0: of the tool's edges from the tool point, at least; a force that presses nearer is no reason to turn the tool, default 0.01", 'inside_moment': 'N m, > 0: a moment that is less than that of the edge by more shows that the tool lies flat, default 0.01', 'inside_time': 's, >= 0: for so long, default 0.04', 'tipping_angle': 'rad, > 0: a flat tool that turns farther within half a second tips over its edge, default 0.03', 'bias_time': "s, > 0: in which the moment's bias is followed in free space, default 2"}
+    def __copy__(self) -> PressureCentreParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> PressureCentreParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def bias_time(self) -> float:
+        """
+        s, > 0: in which the moment's bias is followed in free space, default 2
+        """
+    @bias_time.setter
+    def bias_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def contact_moment(self) -> float:
+        """
+        N m, > 0: a moment across the normal that is larger is a direction, default 0.015
+        """
+    @contact_moment.setter
+    def contact_moment(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def edge_distance(self) -> float:
+        """
+        m, > 0: of the tool's edges from the tool point, at least; a force that presses nearer is no reason to turn the tool, default 0.01
+        """
+    @edge_distance.setter
+    def edge_distance(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def inside_moment(self) -> float:
+        """
+        N m, > 0: a moment that is less than that of the edge by more shows that the tool lies flat, default 0.01
+        """
+    @inside_moment.setter
+    def inside_moment(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def inside_time(self) -> float:
+        """
+        s, >= 0: for so long, default 0.04
+        """
+    @inside_time.setter
+    def inside_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def loss_moment(self) -> float:
+        """
+        N m, in [0, contact_moment): a single direction is lost when it stays below, default 0.007
+        """
+    @loss_moment.setter
+    def loss_moment(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tipping_angle(self) -> float:
+        """
+        rad, > 0: a flat tool that turns farther within half a second tips over its edge, default 0.03
+        """
+    @tipping_angle.setter
+    def tipping_angle(self, arg1: typing.Any) -> None:
+        ...
+class AngularFilterParams:
+    """
+    The angular filter, of moments and angular velocity. In a scenario the keys of
+    `filter`, the paper's, stand directly in `angular_filter`.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'enabled': 'whether it runs; without it no moment is controlled, default false', 'method': 'one of "pressure_centre", "particles": from where the force presses, which also takes the filter of forces\' normal, or from moments alone as the paper does, default "pressure_centre"', 'pressure_centre': 'PressureCentreParams: of method "pressure_centre", which of all others uses nothing but period', 'filter': 'ForceSpaceParticleFilterParams: of method "particles", with N m for N and rad/s for m/s'}
     def __copy__(self) -> AngularFilterParams:
         ...
     def __deepcopy__(self, memo: dict) -> AngularFilterParams:
@@ -4827,7 +4912,7 @@ class AngularFilterParams:
     @property
     def filter(self) -> ForceSpaceParticleFilterParams:
         """
-        ForceSpaceParticleFilterParams: with N m for N and rad/s for m/s
+        ForceSpaceParticleFilterParams: of method "particles", with N m for N and rad/s for m/s
         """
     @filter.setter
     def filter(self, arg1: typing.Any) -> None:
@@ -4849,6 +4934,14 @@ class AngularFilterParams:
     def likelihood(self, arg1: typing.Any) -> None:
         ...
     @property
+    def method(self) -> str:
+        """
+        one of "pressure_centre", "particles": from where the force presses, which also takes the filter of forces' normal, or from moments alone as the paper does, default "pressure_centre"
+        """
+    @method.setter
+    def method(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def num_particles(self) -> int:
         """
         in [2, 100000]: n_p; the cost of an update is proportional to it, default 1000
@@ -4859,10 +4952,18 @@ class AngularFilterParams:
     @property
     def period(self) -> float:
         """
-        s, > 0: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.0666667
+        s, > 0: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.01
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def pressure_centre(self) -> PressureCentreParams:
+        """
+        PressureCentreParams: of method "pressure_centre", which of all others uses nothing but period
+        """
+    @pressure_centre.setter
+    def pressure_centre(self, arg1: typing.Any) -> None:
         ...
     @property
     def prior_particles(self) -> int:

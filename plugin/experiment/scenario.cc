@@ -174,6 +174,8 @@ void Scenario::ApplyPresets() {
     robot_proxy.handover = Handover::kPrinted;
     filter.likelihood = Likelihood::kPaper;
     filter.period = 1.0 / 15.0;
+    angular_filter.method = AngularMethod::kParticles;
+    angular_filter.filter.period = 1.0 / 15.0;
     robot_proxy.interpolate = false;
     robot_proxy.max_motion_error = 0;
     controller.unit_mass_motion_force = false;
@@ -295,7 +297,8 @@ void Scenario::CheckAcross() const {
   if (UsesSelections(scheme)) {
     CheckAgainstNoise("filter", filter, sensor.force_noise_std);
   }
-  if (has_angular_filter()) {
+  if (has_angular_filter() &&
+      angular_filter.method == AngularMethod::kParticles) {
     CheckAgainstNoise("angular_filter", angular_filter.filter,
                       sensor.moment_noise_std);
   }

@@ -70,8 +70,8 @@ BlockPtr MakeCommunicationChannelBlock(
 
 /** Finds the directions of contact, section IV of the paper. Steps every
 `params.period`; the outputs are those of the last step, dimension 0 before the
-first. WindowMean makes the means. An angular filter is a second one, fed with
-moments.
+first. WindowMean makes the means. The paper's angular filter is a second one,
+fed with moments.
 @param seed  of scatter and resampling. */
 BlockPtr MakeForceSpaceParticleFilterBlock(
     const ForceSpaceParticleFilterParams& params = {}, std::uint64_t seed = 0);

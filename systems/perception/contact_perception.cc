@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/perception/contact_perception.h"
 
+#include <numbers>
+
 namespace dual_proxy {
 namespace {
 
@@ -20,9 +22,13 @@ FilterInput ScheduledFilterState::mean_input() const {
 }
 
 ContactPerception::ContactPerception(const ContactPerceptionParams& params)
-    : force_((params.Validate(), params.filter)) {
-  if (params.angular_filter.enabled) {
-    moment_.emplace(params.angular_filter.filter);
+    : force_((params.Validate(), params.filter)),
+      support_(params.angular_filter.filter.period) {
+  const AngularFilterParams& angular = params.angular_filter;
+  if (!angular.enabled) return;
+  moment_.emplace(angular.filter);
+  if (angular.method == AngularMethod::kPressureCentre) {
+    pressure_centre_.emplace(angular.pressure_centre, angular.filter.period);
   }
 }
 
@@ -34,11 +40,17 @@ ContactPerceptionState ContactPerception::MakeState(
   return state;
 }
 
-void ContactPerception::ScheduledFilter::Update(
+bool ContactPerception::ScheduledFilter::TakeTurn(
     double time, ScheduledFilterState* state) const noexcept {
   const std::optional<std::int64_t> window = means.FindWindow(time);
-  if (!window || *window < state->next_update) return;
+  if (!window || *window < state->next_update) return false;
   state->next_update = *window + 1;
+  return true;
+}
+
+void ContactPerception::ScheduledFilter::Update(
+    double time, ScheduledFilterState* state) const noexcept {
+  if (!TakeTurn(time, state)) return;
   const FilterInput input = state->mean_input();
   filter.Update(input.sensed, input.velocity, input.motion, input.contact,
                 &state->filter);
@@ -47,7 +59,36 @@ void ContactPerception::ScheduledFilter::Update(
 void ContactPerception::UpdateFilters(double time,
                                       State* state) const noexcept {
   force_.Update(time, &state->force);
-  if (moment_) moment_->Update(time, &state->moment);
+  if (pressure_centre_) {
+    UpdatePressureCentre(time, state);
+  } else if (moment_) {
+    moment_->Update(time, &state->moment);
+  }
+}
+
+void ContactPerception::UpdatePressureCentre(double time,
+                                             State* state) const noexcept {
+  if (!moment_->TakeTurn(time, &state->moment)) return;
+  const ForceSpaceParticleFilterState& forces = state->force.filter;
+  const FilterInput input = state->moment.mean_input();
+  PressureCentreState& found = state->pressure_centre;
+  pressure_centre_->Update({.moment = input.sensed,
+                            .angular_velocity = input.velocity,
+                            .force = state->support.mean,
+                            .normal = forces.force_direction()},
+                           &found);
+  ForceSpaceParticleFilterState& result = state->moment.filter;
+  result.dimension = found.dimension;
+  result.force_selection = found.CalcSelection();
+  result.motion_selection =
+      Eigen::Matrix3d::Identity() - result.force_selection;
+  result.singular_vectors = found.axes;
+  // At dimension 2 the free axis is the normal.
+  result.direction_uncertainty = found.dimension == 2
+                                     ? forces.direction_uncertainty
+                                     : std::numbers::pi / 2;
+  result.updates = found.updates;
+  result.bad_inputs = found.bad_inputs;
 }
 
 void ContactPerception::AddSamples(double time, const FilterInput& force,
@@ -57,6 +98,7 @@ void ContactPerception::AddSamples(double time, const FilterInput& force,
   if (moment_) {
     moment_->means.Update(time, MakeSample(moment), &state->moment.means);
   }
+  if (pressure_centre_) support_.Update(time, force.sensed, &state->support);
 }
 
 ContactSelections ContactPerception::GetSelections(

@@ -3,39 +3,65 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Core>
 
+#include "dual_proxy/common/enum_strings.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/common/window_mean.h"
 #include "dual_proxy/perception/force_space_particle_filter.h"
+#include "dual_proxy/perception/pressure_centre_tracker.h"
 
 namespace dual_proxy {
 
-/** The angular filter: a force-space particle filter of moments and angular
-velocity, which finds the directions in which rotation is blocked. Its keys
-stand directly in `angular_filter`. */
+/** How the angular filter finds directions. */
+enum class AngularMethod {
+  kPressureCentre,  ///< From where the force presses: PressureCentreTracker.
+  kParticles,       ///< The paper's: a second ForceSpaceParticleFilter.
+};
+
+template <>
+struct EnumStrings<AngularMethod> {
+  static constexpr std::pair<AngularMethod, const char*> kValues[] = {
+      {AngularMethod::kPressureCentre, "pressure_centre"},
+      {AngularMethod::kParticles, "particles"}};
+};
+
+/** The angular filter finds the directions in which rotation is blocked, from
+moments and angular velocity. The keys of the paper's, a force-space particle
+filter of these, stand directly in `angular_filter`. */
 struct AngularFilterParams {
   bool enabled{false};
+  AngularMethod method{AngularMethod::kPressureCentre};
+  PressureCentreParams pressure_centre;
   /** The thresholds fit a tool some centimetres wide
   that is pressed with some newtons: on its edge the moment is 0.2 N m; that of
   friction, which blocks nothing, is a third of that and to stay below. */
   ForceSpaceParticleFilterParams filter{MakeDefaults()};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
-  void Validate() const { filter.Validate(); }
+  void Validate() const { ValidateFields("AngularFilterParams", *this); }
 
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
     a->Visit(Field("enabled", &enabled,
                    "whether it runs; without it no moment is controlled"));
-    VisitEmbedded(a, "filter", &filter, "with N m for N and rad/s for m/s");
+    VisitEnum(a, "AngularFilterParams", "method", &method,
+              "from where the force presses, which also takes the filter of "
+              "forces' normal, or from moments alone as the paper does");
+    a->Visit(Field("pressure_centre", &pressure_centre,
+                   "of method \"pressure_centre\", which of all others uses "
+                   "nothing but period"));
+    VisitEmbedded(a, "filter", &filter,
+                  "of method \"particles\", with N m for N and rad/s for m/s");
   }
 
  private:
   static ForceSpaceParticleFilterParams MakeDefaults() {
     ForceSpaceParticleFilterParams params;
+    params.period = 0.01;
     params.likelihood = Likelihood::kPaper;
     params.update_thresholds = {0.08, 0.2, 0.02, 0.1};
     params.resampling_thresholds = {0, 0.05, 0.02, 0.2};
@@ -87,7 +113,11 @@ struct ScheduledFilterState {
 /** What ContactPerception remembers, and its results. */
 struct ContactPerceptionState {
   ScheduledFilterState force;
-  ScheduledFilterState moment;  ///< At rest without the angular filter.
+  /** At rest without the angular filter; with the method kPressureCentre its
+  filter has no particles, only what that has found. */
+  ScheduledFilterState moment;
+  PressureCentreState pressure_centre;
+  WindowMeanState<3> support;  ///< F_s over the angular filter's period.
 };
 
 /** What of the tool's surroundings the robot feels: the filters of forces and
@@ -130,11 +160,17 @@ class ContactPerception {
     explicit ScheduledFilter(const ForceSpaceParticleFilterParams& params)
         : means(params.period), filter(params) {}
 
+    /** Whether it is due, which it then is not again in this period. */
+    bool TakeTurn(double time, ScheduledFilterState* state) const noexcept;
     void Update(double time, ScheduledFilterState* state) const noexcept;
   };
 
+  void UpdatePressureCentre(double time, State* state) const noexcept;
+
   ScheduledFilter force_;
   std::optional<ScheduledFilter> moment_;
+  std::optional<PressureCentreTracker> pressure_centre_;
+  WindowMean<3> support_;
 };
 
 }  // namespace dual_proxy

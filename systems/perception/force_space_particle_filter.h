@@ -242,8 +242,8 @@ like all others: it can only help what the sensors also support. With
 Likelihood::kFrictionCone a contact that is foreseen needs less evidence, and
 its normal starts from both.
 
-The angular filter is a second instance fed with moments and angular velocity.
-There the particles are axes of constrained rotation. */
+The paper's angular filter is a second instance fed with moments and angular
+velocity. There the particles are axes of constrained rotation. */
 class ForceSpaceParticleFilter {
  public:
   using Params = ForceSpaceParticleFilterParams;

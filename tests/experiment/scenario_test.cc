@@ -236,6 +236,7 @@ TEST(ScenarioTest, PresetsOfTheLaw) {
   Scenario dut;
   dut.law = Law::kPrinted;
   dut.ApplyPresets();
+  EXPECT_EQ(dut.angular_filter.method, AngularMethod::kParticles);
   EXPECT_EQ(dut.robot_proxy.handover, Handover::kPrinted);
   EXPECT_FALSE(dut.robot_proxy.interpolate);
   EXPECT_EQ(dut.robot_proxy.max_motion_error, 0.0);

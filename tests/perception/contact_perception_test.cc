@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/perception/contact_perception.h"
 
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -26,6 +27,7 @@ class ContactPerceptionTest : public ::testing::Test {
     params_.filter.num_particles = 50;
     params_.filter.period = 0.02;
     params_.angular_filter.enabled = true;
+    params_.angular_filter.method = AngularMethod::kParticles;
     params_.angular_filter.filter.num_particles = 40;
     params_.angular_filter.filter.period = 0.05;
   }
@@ -171,21 +173,83 @@ TEST_F(ContactPerceptionTest, WithoutTheAngularFilterNothingOfForcesChanges) {
   EXPECT_EQ(without.GetSelections(b).moment, Matrix3d::Zero());
 }
 
-TEST_F(ContactPerceptionTest, DoesNotAllocate) {
+// It takes the normal that the filter of forces has found by then, and the mean
+// force of its own period.
+TEST_F(ContactPerceptionTest, SameAsMeansAndPressureCentreByHand) {
+  params_.angular_filter.method = AngularMethod::kPressureCentre;
   const ContactPerception dut(params_);
   ContactPerceptionState state = dut.MakeState(kSeed, kAngularSeed);
-  ScopedNoAlloc guard;
-  for (int i = 0; i < 300; ++i) {
-    dut.UpdateFilters(0.001 * i, &state);
-    dut.AddSamples(0.001 * i, Force(), Moment(), &state);
+  const double period = params_.angular_filter.filter.period;
+  const PressureCentreTracker tracker(params_.angular_filter.pressure_centre,
+                                      period);
+  PressureCentreState by_hand;
+  const WindowMean<3> mean(period);
+  WindowMeanState<3> force, moment, velocity;
+  for (int i = 0; i <= 1000; ++i) {
+    const double time = 0.001 * i;
+    dut.UpdateFilters(time, &state);
+    if (i % 50 == 0) {
+      tracker.Update({.moment = moment.mean,
+                      .angular_velocity = velocity.mean,
+                      .force = force.mean,
+                      .normal = state.force.filter.force_direction()},
+                     &by_hand);
+    }
+    const ForceSpaceParticleFilterState& found = state.moment.filter;
+    ASSERT_EQ(found.dimension, by_hand.dimension) << i;
+    ASSERT_EQ(found.force_selection, by_hand.CalcSelection()) << i;
+    ASSERT_EQ(dut.GetSelections(state).moment, by_hand.CalcSelection()) << i;
+    EXPECT_EQ(found.force_selection + found.motion_selection,
+              Matrix3d::Identity());
+    EXPECT_EQ(found.singular_vectors, by_hand.axes);
+    const FilterInput f = Force();
+    const FilterInput m = Moment();
+    dut.AddSamples(time, f, m, &state);
+    mean.Update(time, f.sensed, &force);
+    mean.Update(time, m.sensed, &moment);
+    mean.Update(time, m.velocity, &velocity);
   }
-  EXPECT_EQ(guard.count(), 0);
+  EXPECT_EQ(state.moment.filter.updates, 21);
+  EXPECT_EQ(state.moment.filter.dimension, 1);
+  EXPECT_GT(std::abs(state.moment.filter.force_direction().x()), 0.99);
+}
+
+TEST_F(ContactPerceptionTest, ThePressureCentreRefusesNothingThatIsFinite) {
+  params_.angular_filter.method = AngularMethod::kPressureCentre;
+  const ContactPerception dut(params_);
+  ContactPerceptionState state = dut.MakeState(kSeed, kAngularSeed);
+  FilterInput bad = Moment();
+  bad.sensed.x() = std::numeric_limits<double>::quiet_NaN();
+  for (int i = 0; i <= 100; ++i) {
+    dut.UpdateFilters(0.001 * i, &state);
+    dut.AddSamples(0.001 * i, Force(), i % 2 ? Moment() : bad, &state);
+  }
+  EXPECT_EQ(state.moment.means.bad_inputs, 51);
+  EXPECT_EQ(state.moment.filter.bad_inputs, 0);
+}
+
+TEST_F(ContactPerceptionTest, DoesNotAllocate) {
+  for (const AngularMethod method :
+       {AngularMethod::kParticles, AngularMethod::kPressureCentre}) {
+    params_.angular_filter.method = method;
+    const ContactPerception dut(params_);
+    ContactPerceptionState state = dut.MakeState(kSeed, kAngularSeed);
+    ScopedNoAlloc guard;
+    for (int i = 0; i < 300; ++i) {
+      dut.UpdateFilters(0.001 * i, &state);
+      dut.AddSamples(0.001 * i, Force(), Moment(), &state);
+    }
+    EXPECT_EQ(guard.count(), 0);
+  }
 }
 
 TEST_F(ContactPerceptionTest, ErrorsNameTheFilter) {
   params_.filter.num_particles = 0;
   EXPECT_NE(ValidationError(params_).find("num_particles"), std::string::npos);
   EXPECT_THROW(ContactPerception{params_}, std::invalid_argument);
+  params_.filter.num_particles = 50;
+  params_.angular_filter.pressure_centre.edge_distance = 0;
+  EXPECT_NE(ValidationError(params_).find("edge_distance"), std::string::npos);
 }
 
 }  // namespace
