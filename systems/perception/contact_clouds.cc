@@ -76,11 +76,13 @@ void ContactTracker::Follow(int index, double other_force,
   const double distance = slides * speed * period_;
   const double drift = kDrift * period_;
   const double curvature = count == 1 ? params_.curvature : params_.torsion;
+  // Of two, turning within their plane is nothing that anything shows.
+  const double aside = count == 1 ? params_.torsion : 0;
   const Vector3d Cx = contact.covariance * x;
   const Vector3d Cy = contact.covariance * y;
   SetSpread(x, y, bandwidth2 * Cx.dot(x) + curvature * distance + drift,
             bandwidth2 * Cx.dot(y),
-            bandwidth2 * Cy.dot(y) + params_.torsion * distance + drift, &move);
+            bandwidth2 * Cy.dot(y) + aside * distance + drift, &move);
   SetArray(normal, move.normal);
   Vector3d centre = normal;
   if (contact.slid < kSettledSlide && begins) {

@@ -285,10 +285,9 @@ bool ContactTracker::DropLost(const Vector3d& velocity, const Vector3d& command,
       const double pushed =
           std::max(command.dot(contact.normal), -2 * params_.loss_force);
       const double light = -0.5 * moved * lost_rate_ * (contact.force + pushed);
-      // What is commanded into it is sensed, if it is there, or a little.
-      const double expected = std::max(pushed, kLeastForce);
-      const double absent =
-          moved * lost_rate_ * expected * (0.5 * expected - contact.force);
+      // If it is there, a little is sensed.
+      const double absent = moved * lost_rate_ * kLeastForce *
+                            (0.5 * kLeastForce - contact.force);
       change = std::max({share * change, light, absent});
     } else {
       contact.departed = contact.way = 0;

@@ -23,6 +23,12 @@ double CalcTilt2(const TrackedContact& contact) noexcept {
   return contact.slid < kSettledSlide ? kFrictionTilt * kFrictionTilt : 0;
 }
 
+/** Noises are set larger than they are, and so are the clouds, those of normals
+that sliding shows the most: this makes the 95 % come true. */
+double CalcScale2(const TrackedContact& contact) noexcept {
+  return contact.slid < kSettledSlide ? 0.2 : 0.08;
+}
+
 /** Along the principal axes of a plane. */
 struct PlaneVariances {
   double largest{0};
@@ -78,9 +84,7 @@ double CalcBiasTilt2(const ContactTrackerState& state) noexcept {
 
 double ContactTracker::CalcDirectionUncertainty(const State& state) noexcept {
   // Of a plane normal distribution with variances a >= b the radius that holds
-  // 95 % is, within 1 %, the root of 3.84 a + 2.16 b. Noises are set larger
-  // than they are, and so are the clouds: kScale2 makes the 95 % come true.
-  constexpr double kScale2 = 0.4;
+  // 95 % is, within 1 %, the root of 3.84 a + 2.16 b.
   switch (state.count) {
     case 0:
       return 0.5 * std::numbers::pi;
@@ -88,17 +92,18 @@ double ContactTracker::CalcDirectionUncertainty(const State& state) noexcept {
       const TrackedContact& contact = state.contacts[0];
       const PlaneVariances normal =
           CalcPlaneVariances(contact.covariance, contact.normal);
-      return std::sqrt(
-          kScale2 * (3.84 * normal.largest + 2.16 * normal.smallest) +
-          CalcTilt2(contact) + CalcBiasTilt2(state) + CalcMisfitTilt2(state));
+      return std::sqrt(CalcScale2(contact) *
+                           (3.84 * normal.largest + 2.16 * normal.smallest) +
+                       CalcTilt2(contact) + CalcBiasTilt2(state) +
+                       CalcMisfitTilt2(state));
     }
     case 2: {
       const Vector3d axis = CalcFreeAxis(state);
       double square = 0;
       for (int i = 0; i < 2; ++i) {
         const TrackedContact& contact = state.contacts[i];
-        square +=
-            kScale2 * 3.84 * std::max(0.0, axis.dot(contact.covariance * axis));
+        square += CalcScale2(contact) * 3.84 *
+                  std::max(0.0, axis.dot(contact.covariance * axis));
       }
       return std::sqrt(
           square +

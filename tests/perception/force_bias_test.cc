@@ -47,9 +47,15 @@ TEST(ForceBiasTest, DriftsNoFartherThanWhatNobodyKnows) {
   ForceBiasState state = dut.MakeState();
   for (int i = 0; i < 200; ++i) dut.LearnFree(kBias, &state);
   const double learned = ForceBias::CalcStd(state);
-  for (int i = 0; i < 1000; ++i) dut.Drift(&state);  // 10 s
-  EXPECT_NEAR(ForceBias::CalcStd(state),
+  ForceBiasState without = state;
+  without.mean.setZero();
+  for (int i = 0; i < 1000; ++i) dut.Drift(&without);  // 10 s
+  EXPECT_NEAR(ForceBias::CalcStd(without),
               std::hypot(learned, 0.02 * std::sqrt(10.0)), 1e-3);
+  // One that there is may be a weight, which turns with the tool.
+  for (int i = 0; i < 100; ++i) dut.Drift(&state);  // 1 s
+  EXPECT_NEAR(ForceBias::CalcStd(state),
+              std::hypot(learned, 0.02, 0.25 * state.mean.norm()), 1e-3);
   for (int i = 0; i < 1000000; ++i) dut.Drift(&state);
   EXPECT_NEAR(ForceBias::CalcStd(state), 0.5, 1e-9);
 }
