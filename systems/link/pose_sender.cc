@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/link/pose_sender.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "dual_proxy/common/rotation.h"
@@ -44,9 +43,8 @@ void PoseSenderParams::Validate() const {
 
 template <class Message>
 MessageSender<Message>::MessageSender(PoseSenderParams params)
-    : params_(params) {
-  params_.Validate();
-}
+    : params_((params.Validate(), params)),
+      schedule_(params.rate, params.period) {}
 
 template <class Message>
 const Message& MessageSender<Message>::Add(
@@ -56,11 +54,7 @@ const Message& MessageSender<Message>::Add(
     ++state->bad_inputs;
     return state->message;
   }
-  if (!state->started) {
-    state->started = true;
-    state->next_due = time;
-    Clear(&state->sum);
-  }
+  if (!state->schedule.started) Clear(&state->sum);
   if (IsValid(sample)) {
     if (!params_.average) {
       Clear(&state->sum);
@@ -71,14 +65,9 @@ const Message& MessageSender<Message>::Add(
   } else {
     ++state->bad_inputs;
   }
-  // The tick nearest to the due time, whichever way the two round.
-  if (time < state->next_due - 0.5 * params_.period) return state->message;
-  const double interval = 1.0 / params_.rate;
-  const double late = time - state->next_due + 0.5 * params_.period;
-  // Rounding can leave `late` a shade below zero.
-  state->next_due +=
-      interval * (std::max(0.0, std::floor(late / interval)) + 1.0);
-  if (state->samples == 0) return state->message;
+  if (!schedule_.IsDue(time, &state->schedule) || state->samples == 0) {
+    return state->message;
+  }
   const std::int64_t sequence = state->message.sequence + 1;
   Divide(static_cast<double>(state->samples), &state->sum);
   state->message = state->sum;

@@ -9,10 +9,11 @@
 #include "dual_proxy/common/pose.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/link/message.h"
+#include "dual_proxy/link/message_schedule.h"
 
 namespace dual_proxy {
 
-/** Parameters of a sender: of poses (PoseSender) or forces (ForceSender). */
+/** Parameters of a sender of messages, whatever is in them. */
 struct PoseSenderParams {
   double rate{50.0};
   bool average{true};
@@ -47,19 +48,17 @@ struct PoseSenderParams {
 /** Memory of a sender; `message` is the newest message to be sent. */
 template <class Message>
 struct MessageSenderState {
-  Message message;             ///< sequence -1 until the first call.
-  Message sum;                 ///< Sum of the samples since the last message.
-  std::int64_t samples{0};     ///< Number of samples in `sum`.
-  double next_due{0};          ///< Time of the next message, s.
-  bool started{false};         ///< True after the first call.
+  Message message;          ///< sequence -1 until the first call.
+  Message sum;              ///< Sum of the samples since the last message.
+  std::int64_t samples{0};  ///< Number of samples in `sum`.
+  MessageScheduleState schedule;
   std::int64_t bad_inputs{0};  ///< Samples refused: not finite, or no pose.
 };
 
 /** What PoseSender and ForceSender share: when a message is due, and the mean
 over the samples since the last one.
 
-The first message goes out with the first sample, at time t0, then one with the
-tick nearest to t0 + k/rate. A sample that is not valid is left out and counted;
+A sample that is not valid is left out and counted;
 a message that would have no sample is not sent, so that the receiver's
 LinkMonitor sees the silence. */
 template <class Message>
@@ -80,6 +79,7 @@ class MessageSender {
 
  private:
   PoseSenderParams params_;
+  MessageSchedule schedule_;
 };
 
 using PoseSenderState = MessageSenderState<PoseMessage>;

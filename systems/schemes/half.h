@@ -87,6 +87,9 @@ struct HapticHalfInput {
   Pose X_DH{};        ///< Of the handle, from home.
   /** [linear; angular], m/s, rad/s. */
   Vector6 device_velocity{Vector6::Zero()};
+  /** [force; moment] on the hand, N, N m: what the device's controller sent in
+  the period before, after all its limits. */
+  Vector6 device_wrench{Vector6::Zero()};
 };
 
 /** What the device's controller is to do, in D. */

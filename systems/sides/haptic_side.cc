@@ -58,7 +58,8 @@ void HapticSide::Update(double time, const HapticSideInput& input,
   half_.Update(time,
                {.message = input.message,
                 .X_DH = input.X_DH,
-                .device_velocity = input.device_velocity},
+                .device_velocity = input.device_velocity,
+                .device_wrench = output.device_wrench},
                &state->half);
   const HapticSetpoint& setpoint = state->half.output().setpoint;
   output.device_wrench = controller_.Update(

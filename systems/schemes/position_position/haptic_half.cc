@@ -13,7 +13,7 @@ PositionPositionHapticHalf::PositionPositionHapticHalf(
     : params_((own.Validate(), own)),
       map_(shared.proxy.map),
       monitor_(shared.proxy.link),
-      sender_(NewestSamples(shared.sender)),
+      sender_(shared.sender),
       max_release_(own.release_rate * shared.proxy.period) {}
 
 PositionPositionHapticHalfState PositionPositionHapticHalf::MakeState() const {
@@ -48,8 +48,7 @@ void PositionPositionHapticHalf::Update(double time,
     output.proxy_pose = input.X_DH;
   }
   output.message =
-      ToMessage(sender_.Update(time, X_d, Eigen::Matrix3d::Zero(),
-                               Eigen::Matrix3d::Zero(), &state->sender),
+      ToMessage(sender_.Update(time, {.pose = X_d}, &state->sender),
                 kPositionPositionTag);
   output.link = state->link;
   output.sender_bad_inputs = state->sender.bad_inputs;

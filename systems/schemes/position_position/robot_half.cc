@@ -13,37 +13,13 @@ PositionPositionRobotHalf::PositionPositionRobotHalf(
     : params_((own.Validate(), own)),
       workspace_(shared.proxy.workspace),
       monitor_(shared.proxy.link),
-      sender_(NewestSamples(shared.sender)),
-      max_step_(shared.proxy.limiter.max_velocity * shared.proxy.period),
-      max_rotation_step_(shared.proxy.limiter.max_angular_velocity *
-                         shared.proxy.period) {}
+      follower_(shared.proxy),
+      sender_(shared.sender) {}
 
 PositionPositionRobotHalfState PositionPositionRobotHalf::MakeState() const {
-  return {.link = monitor_.MakeState(), .sender = sender_.MakeState()};
-}
-
-void PositionPositionRobotHalf::MoveTarget(const Pose& X_BE, bool connected,
-                                           State* state) const noexcept {
-  if (!state->started) {
-    state->started = true;
-    state->target = X_BE;
-  }
-  if (!connected) {
-    if (state->following) state->target = X_BE;
-    state->following = false;
-    return;
-  }
-  Pose& target = state->target;
-  if (state->following) {
-    target = state->goal;
-    return;
-  }
-  target.p = RateLimit(target.p, state->goal.p, max_step_);
-  const Eigen::Vector3d turn =
-      LogRotation(state->goal.R * target.R.transpose());
-  const Eigen::Vector3d step = Saturate(turn, max_rotation_step_);
-  target.R = step == turn ? state->goal.R : ExpRotation(step) * target.R;
-  state->following = target.p == state->goal.p && step == turn;
+  return {.link = monitor_.MakeState(),
+          .follower = follower_.MakeState(),
+          .sender = sender_.MakeState()};
 }
 
 void PositionPositionRobotHalf::Update(double time, const RobotHalfInput& input,
@@ -55,26 +31,26 @@ void PositionPositionRobotHalf::Update(double time, const RobotHalfInput& input,
   }
   RobotHalfOutput& output = state->output;
   RobotSetpoint& setpoint = output.setpoint;
+  const Pose& target = state->follower.target;
   setpoint = {};
   setpoint.force_selection.setIdentity();
   setpoint.force_feedback = false;
   if (std::isfinite(time) && IsValidPose(input.X_BE) &&
       input.v_BE.allFinite()) {
     const bool connected = state->link.status == LinkStatus::kConnected;
-    MoveTarget(input.X_BE, connected && input.sensor_ready, state);
-    setpoint.rotation_error =
-        LogRotation(input.X_BE.R * state->target.R.transpose());
+    follower_.Update(state->goal, input.X_BE, connected && input.sensor_ready,
+                     &state->follower);
+    setpoint.rotation_error = LogRotation(input.X_BE.R * target.R.transpose());
     setpoint.reference_force =
-        Saturate(params_.robot_stiffness * (state->target.p - input.X_BE.p) -
+        Saturate(params_.robot_stiffness * (target.p - input.X_BE.p) -
                      params_.robot_damping * input.v_BE.head<3>(),
                  params_.max_robot_force);
   } else {
     ++output.bad_inputs;
   }
-  output.proxy_pose = state->target;
+  output.proxy_pose = target;
   output.message =
-      ToMessage(sender_.Update(time, input.X_BE, Eigen::Matrix3d::Zero(),
-                               Eigen::Matrix3d::Zero(), &state->sender),
+      ToMessage(sender_.Update(time, {.pose = input.X_BE}, &state->sender),
                 kPositionPositionTag);
   output.link = state->link;
   output.sender_bad_inputs = state->sender.bad_inputs;

@@ -3,9 +3,11 @@
 
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/link/message.h"
+#include "dual_proxy/link/sample_sender.h"
 #include "dual_proxy/proxy/workspace_limits.h"
 #include "dual_proxy/proxy/workspace_map.h"
 #include "dual_proxy/schemes/half.h"
+#include "dual_proxy/schemes/target_follower.h"
 
 namespace dual_proxy {
 
@@ -47,21 +49,12 @@ scale: x_d and R_d from the device, x_r and R_r from the robot. */
 inline constexpr MessageTag kPositionPositionTag =
     MakeMessageTag("position_position");
 
-/** For a sender of the newest sample: a mean would delay it by half a message's
-interval. */
-inline PoseSenderParams NewestSamples(PoseSenderParams params) {
-  params.average = false;
-  return params;
-}
-
 /** What PositionPositionRobotHalf remembers. */
 struct PositionPositionRobotHalfState {
   LinkMonitorState link;
-  Pose goal{};    ///< x_d, R_d of the message in use, within the workspace.
-  Pose target{};  ///< Where the spring is fixed.
-  bool started{false};    ///< A robot pose has been seen.
-  bool following{false};  ///< The target has met the goal.
-  PoseSenderState sender;
+  Pose goal{};  ///< x_d, R_d of the message in use, within the workspace.
+  TargetFollowerState follower;
+  SampleSenderState<PoseMessage> sender;
   RobotHalfOutput output{};  ///< Of the last period.
 };
 
@@ -71,10 +64,9 @@ struct PositionPositionRobotHalfState {
 
 commanded as it is, without force feedback; the orientation follows R_d by
 motion control. Before the first message, without a link and while the force
-sensor is not ready the robot holds its place; from there it goes to x_d no
-faster than the proxy's limits, and then follows it as it comes. A period whose
-time, pose, velocity or force is not valid is refused and counted: F_c is
-zero. */
+sensor is not ready the robot holds its place, from where it goes to x_d by a
+TargetFollower. A period whose time, pose or velocity is not valid is refused
+and counted: F_c is zero. */
 class PositionPositionRobotHalf {
  public:
   using State = PositionPositionRobotHalfState;
@@ -91,15 +83,11 @@ class PositionPositionRobotHalf {
               State* state) const noexcept;
 
  private:
-  void MoveTarget(const Pose& X_BE, bool connected,
-                  State* state) const noexcept;
-
   PositionPositionParams params_;
   WorkspaceLimits workspace_;
   LinkMonitor monitor_;
-  PoseSender sender_;
-  double max_step_;  // m, rad: of the target in a period, on its way.
-  double max_rotation_step_;
+  TargetFollower follower_;
+  SampleSender<PoseMessage> sender_;
 };
 
 /** What PositionPositionHapticHalf remembers. */
@@ -107,7 +95,7 @@ struct PositionPositionHapticHalfState {
   LinkMonitorState link;
   /** x^, m, in B: the robot's position of the message in use. */
   Eigen::Vector3d robot_position{Eigen::Vector3d::Zero()};
-  PoseSenderState sender;
+  SampleSenderState<PoseMessage> sender;
   HapticHalfOutput output{};  ///< Of the last period.
 };
 
@@ -138,7 +126,7 @@ class PositionPositionHapticHalf {
   PositionPositionParams params_;
   WorkspaceMap map_;
   LinkMonitor monitor_;
-  PoseSender sender_;
+  SampleSender<PoseMessage> sender_;
   double max_release_;  // N: in a period.
 };
 

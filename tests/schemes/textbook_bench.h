@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <utility>
+
+#include <Eigen/Core>
+
+#include "dual_proxy/control/haptic_controller.h"
+#include "dual_proxy/link/communication_channel.h"
+#include "dual_proxy/schemes/half.h"
+#include "dual_proxy/simulation/haptic_device.h"
+
+namespace dual_proxy {
+
+/** What the textbooks of bilateral teleoperation argue with: a hand with its
+device and a mass of 4.4 kg over a wall, with the two halves of a scheme and a
+link between them; the scheme, and nothing of an arm. */
+template <typename Scheme>
+class TextbookBench {
+ public:
+  static constexpr double kPeriod = 0.001;
+  static constexpr double kInterval = 0.02;  ///< s: between two messages.
+  static constexpr double kScale = 2.5;      ///< Of the map.
+  static constexpr double kMass = 4.4;       ///< kg.
+
+  struct Params {
+    typename Scheme::Params scheme;
+    CommunicationChannelParams channel;
+    double hand_stiffness{600};
+    double hand_damping{30};
+    double wall_stiffness{0};  ///< N/m: below Start().
+    /** m, in D: where the hand means the handle to be, and where it starts. */
+    Eigen::Vector3d hand{Eigen::Vector3d::Zero()};
+    Eigen::Vector3d handle{Eigen::Vector3d::Zero()};
+  };
+
+  /** m, in B: where the mass starts, on the wall. */
+  static Eigen::Vector3d Start() { return {0.45, 0, 0.18}; }
+
+  static RobotHalfParams MakeRobotHalfParams() {
+    RobotHalfParams params;
+    params.proxy.map = MakeMap();
+    return params;
+  }
+  static HapticHalfParams MakeHapticHalfParams() {
+    HapticHalfParams params;
+    params.proxy.map = MakeMap();
+    return params;
+  }
+
+  explicit TextbookBench(const Params& params)
+      : params_(params),
+        robot_(MakeRobotHalfParams(), params.scheme),
+        haptic_(MakeHapticHalfParams(), params.scheme),
+        channel_(params.channel),
+        device_(MakeDevice(params)),
+        device_state_(device_.MakeState({.p = params.handle})) {}
+
+  void Step() {
+    const double time = kPeriod * tick_;
+    RobotHalfInput robot;
+    robot.message = channel_.Receive(time, to_robot_);
+    robot.X_BE.p = position_;
+    robot.v_BE.template head<3>() = velocity_;
+    robot.sensed_wrench(2) = -wall_force();
+    HapticHalfInput haptic{.message = channel_.Receive(time, to_device_),
+                           .X_DH = device_state_.read_pose,
+                           .device_velocity = device_state_.read_velocity,
+                           .device_wrench = device_wrench_};
+    robot_.Update(time, robot, &robot_state_);
+    haptic_.Update(time, haptic, &haptic_state_);
+    channel_.Send(time, robot_state_.output.message, &to_device_);
+    channel_.Send(time, haptic_state_.output.message, &to_robot_);
+
+    const HapticSetpoint& setpoint = haptic_state_.output.setpoint;
+    device_wrench_ = device_controller_.Update(
+        setpoint.reference_force, setpoint.reference_moment,
+        haptic.device_velocity, setpoint.force_selection,
+        &device_controller_state_);
+    device_.Update({.p = params_.hand}, Eigen::Vector3d::Zero(), device_wrench_,
+                   &device_state_);
+    MoveMass(robot_state_.output.setpoint.reference_force);
+    ++tick_;
+  }
+
+  void AdvanceTo(double time) {
+    while (kPeriod * tick_ < time - kPeriod / 2) Step();
+  }
+
+  /** Advances by `duration`, s, and gives the least and the largest value of
+  `function` in it. */
+  template <typename Function>
+  std::pair<double, double> Range(double duration, const Function& function) {
+    const double end = time() + duration;
+    double lowest = function();
+    double highest = lowest;
+    while (time() < end - kPeriod / 2) {
+      Step();
+      lowest = std::min(lowest, function());
+      highest = std::max(highest, function());
+    }
+    return {lowest, highest};
+  }
+
+  /** From now on the hand means the handle to be at p, m, in D. */
+  void set_hand(const Eigen::Vector3d& p) { params_.hand = p; }
+
+  double time() const { return kPeriod * tick_; }
+  const Eigen::Vector3d& position() const { return position_; }
+  const Eigen::Vector3d& handle() const { return device_state_.pose.p; }
+  const typename Scheme::RobotHalf::State& robot() const {
+    return robot_state_;
+  }
+  const typename Scheme::HapticHalf::State& haptic() const {
+    return haptic_state_;
+  }
+  /** N, in D: on the hand, after the limits of the device's controller. */
+  Eigen::Vector3d device_force() const {
+    return device_wrench_.template head<3>();
+  }
+  /** N: of the wall on the mass. */
+  double wall_force() const {
+    return params_.wall_stiffness * std::max(0.0, Start().z() - position_.z());
+  }
+  bool connected() const {
+    return robot_state_.output.link.status == LinkStatus::kConnected &&
+           haptic_state_.output.link.status == LinkStatus::kConnected;
+  }
+
+ private:
+  static WorkspaceMapParams MakeMap() {
+    WorkspaceMapParams map;
+    map.p_cw = Start();
+    map.scale = kScale;
+    return map;
+  }
+  // 0.75 kg in all, seen without the steps and the lag of its encoders.
+  static SimulatedHapticDeviceParams MakeDevice(const Params& params) {
+    SimulatedHapticDeviceParams device;
+    device.hand_stiffness = params.hand_stiffness;
+    device.hand_damping = params.hand_damping;
+    device.resolution = 0;
+    device.velocity_cutoff = 0;
+    return device;
+  }
+
+  // In steps that are short against the wall's 12 ms.
+  void MoveMass(const Eigen::Vector3d& force) {
+    constexpr int kSteps = 10;
+    for (int i = 0; i < kSteps; ++i) {
+      Eigen::Vector3d total = force;
+      total.z() += wall_force();
+      velocity_ += kPeriod / kSteps / kMass * total;
+      position_ += kPeriod / kSteps * velocity_;
+    }
+  }
+
+  Params params_;
+  typename Scheme::RobotHalf robot_;
+  typename Scheme::HapticHalf haptic_;
+  CommunicationChannel channel_;
+  HapticController device_controller_;
+  SimulatedHapticDevice device_;
+  typename Scheme::RobotHalf::State robot_state_{robot_.MakeState()};
+  typename Scheme::HapticHalf::State haptic_state_{haptic_.MakeState()};
+  HapticControllerState device_controller_state_;
+  CommunicationChannelState to_robot_{channel_.MakeState(0)};
+  CommunicationChannelState to_device_{channel_.MakeState(1)};
+  SimulatedHapticDeviceState device_state_;
+  Vector6 device_wrench_{Vector6::Zero()};
+  Eigen::Vector3d position_{Start()};
+  Eigen::Vector3d velocity_{Eigen::Vector3d::Zero()};
+  int tick_{0};
+};
+
+}  // namespace dual_proxy
