@@ -483,7 +483,7 @@ class RotationTruth(NamedTuple):
     free_axis: Vector
 
 
-_NO_CONTACT = _constant(np.zeros(11))
+_NO_CONTACT = _constant(np.zeros(14))
 
 
 def read_contacts(
@@ -502,8 +502,9 @@ def read_contacts(
 
     Returns
     -------
-    (11,) force 3, normal 3, dimension 1, as in `ContactTruth`; with `places`
-        dimension 1, free axis 3, as in `RotationTruth`, else zero.
+    (14,) force 3, normal 3, dimension 1, as in `ContactTruth`, axis of free
+        motion 3; with `places` dimension 1, free axis 3, as in `RotationTruth`,
+        else zero.
     """
     count = results.num_point_pair_contacts()
     if count == 0:
@@ -542,7 +543,7 @@ def rotation_truth(results: ContactResults, tool_body: BodyIndex) -> RotationTru
     """Reads which rotations are blocked; the arguments are those of
     `read_contacts`."""
     values = read_contacts(results, tool_body, places=True)
-    return RotationTruth(int(values[7]), values[8:])
+    return RotationTruth(int(values[10]), values[11:])
 
 
 class PandaTerms(NamedTuple):

@@ -64,8 +64,9 @@ WIRINGS = ("fused", "systems")
 
 
 class ContactTruthSystem(NativeTwin, LeafSystem):
-    """The tool's true contacts as a vector: force 3, normal 3, dimension 1; and
-    with `rotations` the number of rotations that they block 1, free axis 3."""
+    """The tool's true contacts as a vector: force 3, normal 3, dimension 1,
+    axis of free motion 3; and with `rotations` the number of rotations that they
+    block 1, free axis 3."""
 
     def __init__(self, tool_body: BodyIndex, rotations: bool = False) -> None:
         super().__init__()
@@ -77,7 +78,7 @@ class ContactTruthSystem(NativeTwin, LeafSystem):
             "contact_results", Value[ContactResults]()
         )
         self.DeclareVectorOutputPort(
-            "truth", 11 if rotations else 7, self._calc, {self._results.ticket()}
+            "truth", 14 if rotations else 10, self._calc, {self._results.ticket()}
         )
 
     def _calc(self, context: Context, output: Any) -> None:
@@ -301,10 +302,11 @@ class Station:
                 "contact_force": slice(0, 3),
                 "contact_normal": slice(3, 6),
                 "contact_dimension": slice(6, 7),
+                "contact_motion_axis": slice(7, 10),
             }
             if rotations:
-                layout["contact_moment_dimension"] = slice(7, 8)
-                layout["contact_rotation_axis"] = slice(8, 11)
+                layout["contact_moment_dimension"] = slice(10, 11)
+                layout["contact_rotation_axis"] = slice(11, 14)
             self._log(truth.GetOutputPort("truth"), layout)
         self._builder.ExportOutput(scene.state_port, "robot_state")
 

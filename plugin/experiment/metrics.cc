@@ -33,7 +33,8 @@ long, s. */
 constexpr double kNewContactPause = 0.1;
 /** The hand lifts when it moves out of the surface faster than this, m/s. */
 constexpr double kLiftSpeed = 1e-3;
-/** Contact is steady so long after 3 x delay, s. */
+/** Contact is steady so long after 3 x delay, s; and so long another number of
+contacts has to last to count as another touch. */
 constexpr double kSettlingTime = 1.0;
 /** Window of the moving average that the `_ac_` metrics remove, s. */
 constexpr double kAcWindow = 0.5;
@@ -62,7 +63,7 @@ constexpr MetricDescription kMetrics[] = {
      "interaction"},
     {"haptic_force_std_contact_N", "N",
      "standard deviation of the force on the hand along the true normal in "
-     "steady contact"},
+     "steady contact, about the mean of each touch"},
     {"haptic_force_max_N", "N", "largest force on the hand"},
     {"haptic_force_max_air_N", "N",
      "largest force on the hand while that is in the air: from 2 x delay + 1 s "
@@ -74,6 +75,9 @@ constexpr MetricDescription kMetrics[] = {
      "both are there; with two true normals or more, between their resultant "
      "and the estimated force space"},
     {"normal_error_p95_deg", "deg", "95th percentile of that angle"},
+    {"motion_axis_error_mean_deg", "deg",
+     "angle between estimated and true axis of free motion while both "
+     "dimensions are 2"},
     {"dimension_accuracy", "",
      "share of the interaction with the true dimension, onset included"},
     {"dimension_accuracy_total", "",
@@ -208,16 +212,38 @@ Mask FindAir(const VectorXd& time, const Mask& contact, double pause) {
   return air;
 }
 
+/** The parts of a press between which another surface is touched, too, or no
+more: where the number of contacts changes and stays. A contact that breaks for
+a moment, or bounces, divides nothing. */
+std::vector<Interval> FindTouches(const VectorXd& time,
+                                  const VectorXd& dimension,
+                                  const Interval& press) {
+  std::vector<Interval> touches;
+  Index begin = press.begin;
+  for (Index i = press.begin; i < press.end;) {
+    Index end = i;
+    while (end < press.end && dimension(end) == dimension(i)) ++end;
+    const bool stays = time(end - 1) - time(i) >= kSettlingTime;
+    if (stays && dimension(i) > 0 && dimension(i) != dimension(begin)) {
+      touches.push_back({begin, i});
+      begin = i;
+    }
+    i = end;
+  }
+  touches.push_back({begin, press.end});
+  return touches;
+}
+
 Truth FindTruth(const RunLog& log, const MetricsParams& params) {
   const VectorXd& time = log.time;
   const auto contact_normal = log.Signal<3>("contact_normal");
   const auto robot = log.Signal<3>("robot_position");
+  const VectorXd dimension = log.Signal<1>("contact_dimension");
   const MatrixX3d hand =
       MapDevicePositions(params.map, log.Signal<3>("hand_position"));
   Truth truth;
   truth.touching = FindTouching(log);
-  truth.contact =
-      truth.touching || log.Signal<1>("contact_dimension").array() > 0;
+  truth.contact = truth.touching || dimension.array() > 0;
   truth.air = FindAir(time, truth.contact, kNewContactPause);
   truth.hand_air = FindAir(time, truth.contact, 2 * params.delay + kFadingTime);
   truth.normal.setZero(time.size(), 3);
@@ -244,9 +270,13 @@ Truth FindTruth(const RunLog& log, const MetricsParams& params) {
       while (lift > contact && lifts(lift - 1)) --lift;
     }
     truth.presses.push_back({contact, lift});
-    const double settled = time(contact) + 3 * params.delay + kSettlingTime;
-    const Index start = FindRow(time, settled - kTimeTolerance);
-    if (start < lift) truth.steady.push_back({start, lift});
+    for (const Interval& touch :
+         FindTouches(time, dimension, {contact, lift})) {
+      const double settled =
+          time(touch.begin) + 3 * params.delay + kSettlingTime;
+      const Index start = FindRow(time, settled - kTimeTolerance);
+      if (start < touch.end) truth.steady.push_back({start, touch.end});
+    }
   }
   return truth;
 }
@@ -327,20 +357,14 @@ double CalcAcRms(const VectorXd& time, const MatrixX3d& force,
   return std::sqrt(squares / static_cast<double>(count));
 }
 
-/** Standard deviation over steady contact. */
+/** Standard deviation over steady contact, about the mean of each touch. */
 double CalcSteadyStd(const VectorXd& values, const Truth& truth) {
-  double sum = 0;
+  double squares = 0;
   Index count = 0;
   for (const Interval& interval : truth.steady) {
-    sum += values.segment(interval.begin, interval.size()).sum();
+    const auto touch = values.segment(interval.begin, interval.size()).array();
+    squares += (touch - touch.mean()).square().sum();
     count += interval.size();
-  }
-  const double mean = sum / static_cast<double>(count);
-  double squares = 0;
-  for (const Interval& interval : truth.steady) {
-    squares += (values.segment(interval.begin, interval.size()).array() - mean)
-                   .square()
-                   .sum();
   }
   return std::sqrt(squares / static_cast<double>(count));
 }
@@ -456,6 +480,26 @@ void AddForceMetrics(const RunLog& log, const MetricsParams& params,
   }
 }
 
+/** Mean angle, deg, between the one free axis that a selection leaves and the
+true one, while both dimensions are 2. */
+MetricValue CalcAxisErrorDeg(const Mask& mask, const VectorXd& dimension,
+                             const VectorXd& true_dimension,
+                             const Eigen::MatrixX<double>& selection,
+                             const MatrixX3d& axis) {
+  Index count = 0;
+  double sum = 0;
+  for (Index i = 0; i < dimension.size(); ++i) {
+    if (!mask(i) || dimension(i) != 2 || true_dimension(i) != 2) continue;
+    // What is left of the true axis in the space that is not free.
+    const double sine =
+        (RowMajor(selection.row(i)) * axis.row(i).transpose()).norm();
+    sum += std::asin(std::min(sine, 1.0));
+    ++count;
+  }
+  if (count == 0) return {};
+  return sum / static_cast<double>(count) * (180.0 / std::numbers::pi);
+}
+
 void AddPerceptionMetrics(const RunLog& log, const Truth& truth,
                           Values* values) {
   if (!HasAll(log, {"dimension", "force_direction", "force_selection"})) return;
@@ -482,6 +526,12 @@ void AddPerceptionMetrics(const RunLog& log, const Truth& truth,
     values->at("normal_error_mean_deg") = error.mean();
     values->at("normal_error_p95_deg") = CalcQuantile(error, 0.95);
   }
+  if (log.Has("contact_motion_axis")) {
+    values->at("motion_axis_error_mean_deg") = CalcAxisErrorDeg(
+        truth.touching, log.Signal<1>("dimension"),
+        log.Signal<1>("contact_dimension"), log.Signal<9>("force_selection"),
+        log.Signal<3>("contact_motion_axis"));
+  }
   values->at("detection_latency_ms") = CalcDetectionLatencyMs(log, truth);
 }
 
@@ -489,27 +539,14 @@ void AddRotationMetrics(const RunLog& log, const Truth& truth, Values* values) {
   if (!truth.touching.any()) return;
   const auto dimension = log.Signal<1>("moment_dimension");
   const auto true_dimension = log.Signal<1>("contact_moment_dimension");
-  const auto axis = log.Signal<3>("contact_rotation_axis");
-  const auto selection = log.Signal<9>("moment_selection");
-  Index right = 0;
-  Index count = 0;
-  double sum = 0;
-  for (Index i = 0; i < log.time.size(); ++i) {
-    if (!truth.touching(i)) continue;
-    right += dimension(i) == true_dimension(i);
-    if (dimension(i) != 2 || true_dimension(i) != 2) continue;
-    // What is left of the true axis in the space of blocked rotations.
-    const double sine =
-        (RowMajor(selection.row(i)) * axis.row(i).transpose()).norm();
-    sum += std::asin(std::min(sine, 1.0));
-    ++count;
-  }
+  const Mask right = dimension.array() == true_dimension.array();
   values->at("moment_dimension_accuracy") =
-      static_cast<double>(right) / static_cast<double>(truth.touching.count());
-  if (count > 0) {
-    values->at("rotation_axis_error_mean_deg") =
-        sum / static_cast<double>(count) * (180.0 / std::numbers::pi);
-  }
+      static_cast<double>((right && truth.touching).count()) /
+      static_cast<double>(truth.touching.count());
+  values->at("rotation_axis_error_mean_deg") =
+      CalcAxisErrorDeg(truth.touching, dimension, true_dimension,
+                       log.Signal<9>("moment_selection"),
+                       log.Signal<3>("contact_rotation_axis"));
 }
 
 void AddArmMetrics(const RunLog& log, const MetricsParams& params,

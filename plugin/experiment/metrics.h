@@ -25,7 +25,8 @@ All truth comes from the simulator's contacts, never from the filter. The
 directions are those orthogonal to the true contact normal. The *hand presses*
 while its intended position lies beyond the surface that was touched last.
 *Steady contact* runs from first contact + 3 x delay + 1 s until the hand begins
-to lift; where the hand presses several times, each time counts.
+to lift; where the hand presses several times, each time counts, and where
+another surface is touched for a second or more, or no more, it begins anew.
 
 Any true contact counts, however light, where it is about its absence. The robot
 is *in the air* while there is none, and was none in the 0.1 s before: a filter
@@ -90,7 +91,8 @@ struct MetricsParams {
 /** Computes every metric.
 @param log of any length, with the signals `hand_position`, `device_position`,
   `device_force`, `robot_position`, `reference_force`, `sensed_force`,
-  `contact_force`, `contact_normal`, `contact_dimension`, `dimension`,
+  `contact_force`, `contact_normal`, `contact_dimension`,
+  `contact_motion_axis`, `dimension`,
   `force_direction`, `force_selection`, `observed_energy`, `robot_link_dropped`
   and `haptic_link_dropped`; with the angular filter `moment_dimension`,
   `moment_selection`, `contact_moment_dimension` and `contact_rotation_axis`,

@@ -32,7 +32,7 @@ ContactTruthSystem::ContactTruthSystem(BodyIndex tool_body, bool rotations)
     : tool_body_(tool_body) {
   const auto& input = DeclareAbstractInputPort(
       "contact_results", drake::Value<ContactResults<double>>());
-  DeclareVectorOutputPort("truth", rotations ? 11 : 7,
+  DeclareVectorOutputPort("truth", rotations ? 14 : 10,
                           &ContactTruthSystem::CalcTruth, {input.ticket()});
 }
 

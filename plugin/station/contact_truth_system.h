@@ -29,8 +29,9 @@ Input port:
 - `contact_results`, abstract ContactResults<double>: the plant's.
 
 Output port:
-- `truth`, 7: force 3, N; normal 3; dimension 1; in B. With `rotations` 11: and
-  the number of rotations that are blocked 1, the axis of free rotation 3.
+- `truth`, 10: force 3, N; normal 3; dimension 1; axis of free motion 3; in B.
+  With `rotations` 14: and the number of rotations that are blocked 1, the axis
+  of free rotation 3.
 
 No state; the output at t is of the input at t. */
 class ContactTruthSystem final : public drake::systems::LeafSystem<double> {

@@ -21,7 +21,7 @@ namespace dual_proxy {
 
 namespace {
 
-using Vector11 = Eigen::Matrix<double, 11, 1>;
+using Vector14 = Eigen::Matrix<double, 14, 1>;
 
 using drake::systems::DiagramBuilder;
 using drake::systems::OutputPort;
@@ -109,7 +109,7 @@ class StationBuilder {
     builder_.Connect(scene_->get_contact_results_output_port(),
                      truth->get_contact_results_input_port());
     Log(truth->get_truth_output_port(),
-        MakeLayout(VisitContactTruth, Vector11(Vector11::Zero()), angular));
+        MakeLayout(VisitContactTruth, Vector14(Vector14::Zero()), angular));
     builder_.ExportOutput(scene_->get_state_output_port(), "robot_state");
   }
 

@@ -32,7 +32,7 @@ void VisitChannel(Direction direction, const CommunicationChannelState& channel,
               "messages refused because not finite", channel.refused);
 }
 
-void VisitContactTruth(const Eigen::Matrix<double, 11, 1>& truth,
+void VisitContactTruth(const Eigen::Matrix<double, 14, 1>& truth,
                        bool rotations, SignalSink* sink) {
   sink->Vector({"contact_force", "N", "B",
                 "true, robot on environment, from the simulator"},
@@ -43,10 +43,13 @@ void VisitContactTruth(const Eigen::Matrix<double, 11, 1>& truth,
   sink->Integer(
       {"contact_dimension", "", "", "true number of independent normals"},
       truth(6));
+  sink->Vector({"contact_motion_axis", "", "B",
+                "true, unit, of free motion; zero if there is not just one"},
+               truth.segment<3>(7));
   if (!rotations) return;
   sink->Integer({"contact_moment_dimension", "", "",
                  "true number of rotations that are blocked"},
-                truth(7));
+                truth(10));
   sink->Vector({"contact_rotation_axis", "", "B",
                 "true, unit, of free rotation; zero if there is not just one"},
                truth.tail<3>());

@@ -33,7 +33,7 @@ void VisitChannel(Direction direction, const CommunicationChannelState& channel,
 @param truth  ContactTruth::ToVector().
 @param rotations  whether which rotations they block is of interest: 11 numbers,
 else 7. */
-void VisitContactTruth(const Eigen::Matrix<double, 11, 1>& truth,
+void VisitContactTruth(const Eigen::Matrix<double, 14, 1>& truth,
                        bool rotations, SignalSink* sink);
 
 }  // namespace dual_proxy

@@ -51,15 +51,21 @@ Vector3d ContactTruth::CalcNormal() const noexcept {
   return push_.normalized();
 }
 
+Vector3d ContactTruth::CalcMotionAxis() const noexcept {
+  if (dimension_ != 2) return Vector3d::Zero();
+  return Vector3d(normals_.col(0)).cross(Vector3d(normals_.col(1)));
+}
+
 Vector3d ContactTruth::CalcFreeAxis() const noexcept {
   if (moment_dimension_ != 2) return Vector3d::Zero();
   const Vector3d axis = moments_.col(0).cross(moments_.col(1)).normalized();
   return axis.dot(normals_.col(0)) < 0 ? -axis : axis;
 }
 
-Eigen::Matrix<double, 11, 1> ContactTruth::ToVector() const noexcept {
-  Eigen::Matrix<double, 11, 1> values;
-  values << force_, CalcNormal(), dimension_, moment_dimension_, CalcFreeAxis();
+Eigen::Matrix<double, 14, 1> ContactTruth::ToVector() const noexcept {
+  Eigen::Matrix<double, 14, 1> values;
+  values << force_, CalcNormal(), dimension_, CalcMotionAxis(),
+      moment_dimension_, CalcFreeAxis();
   return values;
 }
 

@@ -43,6 +43,10 @@ class ContactTruth {
   /** Number of independent normals, 0 to 3. */
   int dimension() const { return dimension_; }
 
+  /** Unit vector in B: the axis of free motion if there is just one, that is at
+  dimension 2, either way along it; zero otherwise. */
+  Eigen::Vector3d CalcMotionAxis() const noexcept;
+
   /** Number of moments' directions that are blocked, 0 to 3. Points less than a
   millimetre apart count as one. */
   int moment_dimension() const { return moment_dimension_; }
@@ -52,8 +56,9 @@ class ContactTruth {
   Eigen::Vector3d CalcFreeAxis() const noexcept;
 
   /** All of it as a simulation's ports and logs carry it: force 3, normal 3,
-  dimension 1; moment dimension 1, axis of free rotation 3. */
-  Eigen::Matrix<double, 11, 1> ToVector() const noexcept;
+  dimension 1, axis of free motion 3; moment dimension 1, axis of free rotation
+  3. */
+  Eigen::Matrix<double, 14, 1> ToVector() const noexcept;
 
  private:
   Eigen::Vector3d force_{Eigen::Vector3d::Zero()};

@@ -159,7 +159,7 @@ class MetricsTest : public testing::Test {
 TEST_F(MetricsTest, KeysAreAllOfTheTableInOrder) {
   const Metrics metrics = ComputeMetrics(log_, params_);
   ASSERT_EQ(metrics.size(), MetricDescriptions().size());
-  EXPECT_EQ(metrics.size(), 37u);
+  EXPECT_EQ(metrics.size(), 38u);
   for (std::size_t i = 0; i < metrics.size(); ++i) {
     EXPECT_EQ(metrics[i].first, MetricDescriptions()[i].key);
   }
@@ -441,9 +441,48 @@ TEST_F(MetricsTest, EachPressCounts) {
     if (log_.time(i) > 8.05) Columns("contact_force").row(i).setZero();
   }
   EXPECT_EQ(Count("contact_losses"), 0);
-  // Steady from 4 s to 8 s and from 11 s to 16 s.
-  Column("device_force", 2).segment(At(4), 4000).setConstant(1);
-  EXPECT_NEAR(Number("haptic_force_std_contact_N"), std::sqrt(20.0) / 9, 1e-3);
+  // Steady from 4 s to 8 s and from 11 s to 16 s, each about its own mean.
+  Column("device_force", 2).segment(At(10.5), 5600).setConstant(1);
+  EXPECT_NEAR(Number("haptic_force_std_contact_N"), 0, 1e-9);
+  Column("device_force", 2).segment(At(4), 2000).setConstant(1);
+  EXPECT_NEAR(Number("haptic_force_std_contact_N"), 1.0 / 3, 1e-3);
+}
+
+// A second surface is touched from 8 s to 12 s, which changes the force.
+TEST_F(MetricsTest, AnotherTouchIsNotAVaryingForce) {
+  Column("device_force", 2).segment(At(8), 4000).setConstant(3);
+  EXPECT_GT(Number("haptic_force_std_contact_N"), 1);
+  EXPECT_GT(Number("haptic_force_ac_N"), 0.1);
+  Column("contact_dimension").segment(At(8), 4000).setConstant(2);
+  EXPECT_NEAR(Number("haptic_force_std_contact_N"), 0, 1e-9);
+  EXPECT_NEAR(Number("haptic_force_ac_N"), 0, 1e-9);
+  // But what bounces on it, or off it, is varying.
+  for (int i = At(8); i < At(12); ++i) {
+    Column("contact_dimension")(i) = (i / 400) % 2 == 0 ? 2 : 1;
+  }
+  EXPECT_GT(Number("haptic_force_std_contact_N"), 1);
+}
+
+TEST_F(MetricsTest, TheAxisOfFreeMotion) {
+  EXPECT_TRUE(IsNull("motion_axis_error_mean_deg"));
+  const int start = static_cast<int>(log_.values.cols());
+  log_.signals.push_back({"contact_motion_axis", start, 3});
+  log_.values.conservativeResizeLike(
+      Eigen::MatrixXd::Zero(log_.values.rows(), start + 3));
+  EXPECT_TRUE(IsNull("motion_axis_error_mean_deg"));
+  // Table and wall: free along x, believed to be 0.1 rad off it half the time.
+  const Vector3d axis(-std::cos(0.1), std::sin(0.1), 0);
+  const Matrix3d selection = Matrix3d::Identity() - axis * axis.transpose();
+  for (int i = At(6); i < At(8); ++i) {
+    Column("contact_dimension")(i) = 2;
+    Column("dimension")(i) = i < At(5.9) ? 1 : 2;
+    log_.values(i, start) = 1;
+    for (int k = 0; k < 9; ++k) {
+      Column("force_selection", k)(i) =
+          i < At(7) ? selection(k / 3, k % 3) : (k == 4 || k == 8);
+    }
+  }
+  EXPECT_NEAR(Number("motion_axis_error_mean_deg"), 0.05 * 180 / M_PI, 1e-9);
 }
 
 TEST_F(MetricsTest, WhatTheFilterSeesInTheAirIsFalseContact) {

@@ -42,6 +42,7 @@ using drake::systems::System;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
+using Vector10 = Eigen::Matrix<double, 10, 1>;
 using Vector14 = Eigen::Matrix<double, 14, 1>;
 
 const double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -107,7 +108,7 @@ class Bench {
   Vector14 state() const { return Eval(scene_.get_state_output_port()); }
   Vector6 reaction() const { return Eval(reaction_->get_output_port()); }
   Eigen::Matrix<double, 7, 1> truth() const {
-    return Eval(truth_->get_output_port());
+    return Eval(truth_->get_output_port()).head<7>();
   }
   int num_contacts() const {
     const auto& port = scene_.get_contact_results_output_port();
@@ -652,7 +653,7 @@ class ContactTruthSystemTest : public ::testing::Test {
     contacts_.emplace_back(A, B, f_B, p_WC, 0, 0, pair);
   }
 
-  Vector7 Truth() {
+  Vector10 Truth() {
     auto contacts = contacts_;
     context_ = dut_.CreateDefaultContext();
     dut_.get_contact_results_input_port().FixValue(
@@ -669,24 +670,24 @@ class ContactTruthSystemTest : public ::testing::Test {
 };
 
 TEST_F(ContactTruthSystemTest, Ports) {
-  EXPECT_EQ(Ports(dut_), " contact_results -1 -> truth 7");
+  EXPECT_EQ(Ports(dut_), " contact_results -1 -> truth 10");
   EXPECT_EQ(&dut_.get_truth_output_port(), &dut_.get_output_port());
   EXPECT_TRUE(dut_.HasAnyDirectFeedthrough());
 }
 
 TEST_F(ContactTruthSystemTest, WithoutContactAllIsZero) {
-  EXPECT_EQ(Truth(), Vector7::Zero());
+  EXPECT_EQ(Truth(), Vector10::Zero());
   // Touching without force is none, nor is what does not touch the tool.
   AddContact(Vector3d::Zero(), -Vector3d::UnitZ());
   AddContactOf(kWorld, kOther, {0, 0, 70}, {0, 0, -1});
-  EXPECT_EQ(Truth(), Vector7::Zero());
+  EXPECT_EQ(Truth(), Vector10::Zero());
 }
 
 TEST_F(ContactTruthSystemTest, TheOrderOfTheBodiesDoesNotMatter) {
   const Vector3d normal(0.6, 0, -0.8);
   const Vector3d force = 5 * normal + Vector3d(0, 1, 0);
-  Vector7 expected;
-  expected << force, normal, 1;
+  Vector10 expected;
+  expected << force, normal, 1, Vector3d::Zero();
   for (const bool tool_is_body_A : {false, true}) {
     contacts_.clear();
     AddContact(force, normal, tool_is_body_A);
@@ -707,11 +708,12 @@ TEST_F(ContactTruthSystemTest, CountsIndependentNormals) {
   contacts_.pop_back();
   AddContact(2 * tilted(11), tilted(11));
   EXPECT_EQ(Truth()(6), 2);
+  EXPECT_LT((Truth().tail<3>().cwiseAbs() - Vector3d::UnitY()).norm(), 1e-15);
   // In the plane of the first two.
   AddContact(2 * tilted(60), tilted(60));
   EXPECT_EQ(Truth()(6), 2);
   AddContact(Vector3d(0, 3, 0), Vector3d::UnitY());
-  const Vector7 truth = Truth();
+  const Vector10 truth = Truth();
   EXPECT_EQ(truth(6), 3);
   const Vector3d sum =
       2 * (tilted(0) + tilted(11) + tilted(60)) + Vector3d(0, 3, 0);
@@ -724,7 +726,7 @@ TEST_F(ContactTruthSystemTest, CountsIndependentNormals) {
 
 TEST_F(ContactTruthSystemTest, SaysOnRequestWhichRotationsAreBlocked) {
   const ContactTruthSystem dut(kTool, true);
-  EXPECT_EQ(Ports(dut), " contact_results -1 -> truth 11");
+  EXPECT_EQ(Ports(dut), " contact_results -1 -> truth 14");
   const auto context = dut.CreateDefaultContext();
   const auto truth = [&] {
     auto contacts = contacts_;
@@ -732,16 +734,16 @@ TEST_F(ContactTruthSystemTest, SaysOnRequestWhichRotationsAreBlocked) {
         context.get(), ContactResults<double>(std::move(contacts)));
     return VectorXd(EvalWithoutAllocation(dut, *context));
   };
-  EXPECT_EQ(truth(), VectorXd::Zero(11));
+  EXPECT_EQ(truth(), VectorXd::Zero(14));
   const Vector3d up = Vector3d::UnitZ();
   AddContactOf(kWorld, kTool, 2 * up, -up, {0.5, 0, 0.4});
   AddContactOf(kTool, kWorld, -3 * up, up, {0.5, 0.06, 0.4});
-  EXPECT_EQ(truth().head<7>(), Truth());
+  EXPECT_EQ(truth().head<10>(), Truth());
   EXPECT_EQ(truth().tail<4>(), Eigen::Vector4d(1, 0, 0, 0));
   // Not without a force, and not of another body.
   AddContactOf(kWorld, kTool, Vector3d::Zero(), -up, {0.56, 0, 0.4});
   AddContactOf(kWorld, kOther, up, -up, {0.56, 0, 0.4});
-  EXPECT_EQ(truth()(7), 1);
+  EXPECT_EQ(truth()(10), 1);
   AddContactOf(kWorld, kTool, up, -up, {0.56, 0, 0.4});
   EXPECT_LT((truth().tail<4>() - Eigen::Vector4d(2, 0, 0, -1)).norm(), 1e-14);
 }
