@@ -24,12 +24,13 @@ STEPS: dict[str, dict[str, Any]] = {
     "printed": {},
     "+ bumpless hand-over": {"robot_proxy.handover": "bumpless"},
     "+ unit-mass command to the filter": {"controller.unit_mass_motion_force": True},
-    "+ motion error capped at 12 mm": {"robot_proxy.max_motion_error": 0.012},
+    "+ motion error capped at 20 mm": {"robot_proxy.max_motion_error": 0.02},
     "+ interpolation and feed-forward": {
         "robot_proxy.interpolate": True,
         "controller.feed_forward": True,
     },
-    "+ 100 Hz force filter, passivity, blend, delayed integral": {
+    "+ force gain 1, 100 Hz force filter, passivity, blend, delayed integral": {
+        "controller.force_gain": 1.0,
         "controller.force_filter_cutoff": 100.0,
         "controller.passivity": True,
         "controller.selection_blend_time": 0.03,
@@ -39,6 +40,11 @@ STEPS: dict[str, dict[str, Any]] = {
         "filter.likelihood": "friction_cone",
         "filter.period": 0.01,
     },
+    "+ friction fed forward, and the hand's side": {
+        "controller.friction_feedback.gain": 0.8,
+        "haptic_proxy.unilateral": True,
+        "haptic_controller.selection_blend_time": 0.03,
+    },
 }
 # Each alone, from the default law.
 SINGLE: dict[str, dict[str, Any]] = {
@@ -47,6 +53,8 @@ SINGLE: dict[str, dict[str, Any]] = {
     "no interpolation, with feed-forward": {"robot_proxy.interpolate": False},
     "no feed-forward (11.7)": {"controller.feed_forward": False},
     "no passivity controller (11.13)": {"controller.passivity": False},
+    "force gain 2.5 as printed (11.13)": {"controller.force_gain": 2.5},
+    "friction not fed forward": {"controller.friction_feedback.gain": 0.0},
     "no averaging of poses (8.6)": {"link.average": False},
     "filter at 15 Hz": {"filter.period": 1 / 15},
     "filter `paper` at 15 Hz": {

@@ -113,6 +113,13 @@ void BindJointLimits(py::module_& m) {
           "(7,), rad, and v (7,), rad/s.");
 }
 
+void BindFrictionFeedback(py::module_& m) {
+  BindParams<FrictionFeedbackParams>(
+      m, "FrictionFeedbackParams",
+      "What of the friction on a tool that slides is fed forward.")
+      .Fields();
+}
+
 void BindForceLoop(py::module_& m) {
   using P = ForceLoopParams;
   BindParams<P>(m, "ForceLoopParams",
@@ -425,18 +432,20 @@ void BindHapticController(py::module_& m) {
           [](const HapticController& self, const py::object& reference_force,
              const py::object& reference_moment,
              const py::object& device_velocity,
-             const py::object& force_selection, HapticControllerState& state) {
+             const py::object& force_selection, HapticControllerState& state,
+             const py::object& contact_normals) {
             return self.Update(Vec3(reference_force, "reference_force"),
                                Vec3(reference_moment, "reference_moment"),
                                Vec6(device_velocity, "device_velocity"),
                                Mat3(force_selection, "force_selection"),
-                               &state);
+                               NormalsOrNone(contact_normals), &state);
           },
           py::arg("reference_force"), py::arg("reference_moment"),
           py::arg("device_velocity"), py::arg("force_selection"),
-          py::arg("state"),
+          py::arg("state"), py::arg("contact_normals") = py::none(),
           "Takes F_h (3,), N, M_h (3,), N m, v_h (6,) [linear; angular], "
-          "Omega_fh (3, 3); in D.\nReturns the device wrench (6,) [force; "
+          "Omega_fh (3, 3), contact normals (3, 3), columns; in D.\nReturns "
+          "the device wrench (6,) [force; "
           "moment] on the hand, in D.");
 }
 
@@ -446,6 +455,7 @@ void BindControl(py::module_& m) {
   BindPassivity(m);
   BindSelectionBlend(m);
   BindJointLimits(m);
+  BindFrictionFeedback(m);
   BindForceLoop(m);
   BindOperationalSpaceController(m);
   BindPointController(m);

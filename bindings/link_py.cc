@@ -81,12 +81,12 @@ void BindMessages(py::module_& m) {
           [](Message& self, const py::object& value) {
             const auto body = AsArray(value, "body", "(n,)");
             if (body.ndim() != 1 || body.size() > Message::kMaxSize) {
-              ThrowShape("body", "(n,), n <= 32", body);
+              ThrowShape("body", "(n,), n <= 40", body);
             }
             self.size = static_cast<std::int32_t>(body.size());
             std::copy_n(body.data(), self.size, self.body.begin());
           },
-          "Its numbers, (n,), n <= 32.")
+          "Its numbers, (n,), n <= 40.")
       .def(
           "describe", [](const Message& self) { return DescribeTag(self.tag); },
           "What it holds, for people.")
@@ -114,22 +114,26 @@ void BindMessages(py::module_& m) {
   using PM = PoseMessage;
   auto message = BindState<PM>(
       m, "PoseMessage",
-      "What the dual proxy sends over the link, in both directions: a pose and "
-      "the selections\nof force and moment space (which stay zero from the "
-      "haptic side).");
-  const auto make_message = [](std::int64_t sequence, double send_time,
-                               const Pose& pose,
-                               const py::object& force_selection,
-                               const py::object& moment_selection) {
-    return PM{sequence, send_time, pose,
-              Mat3(force_selection, "force_selection"),
-              Mat3(moment_selection, "moment_selection")};
-  };
+      "What the dual proxy sends over the link, in both directions: a pose, "
+      "the selections of\nforce and moment space and the contacts' normals "
+      "(which stay zero from the haptic side).");
+  const auto make_message =
+      [](std::int64_t sequence, double send_time, const Pose& pose,
+         const py::object& force_selection, const py::object& moment_selection,
+         const py::object& contact_normals) {
+        return PM{sequence,
+                  send_time,
+                  pose,
+                  Mat3(force_selection, "force_selection"),
+                  Mat3(moment_selection, "moment_selection"),
+                  Mat3(contact_normals, "contact_normals")};
+      };
   message
       .def(py::init(make_message), py::arg("sequence") = -1,
            py::arg("send_time") = 0.0, py::arg("pose") = Pose{},
            py::arg("force_selection") = AsReadOnlyArray(PM{}.force_selection),
-           py::arg("moment_selection") = AsReadOnlyArray(PM{}.moment_selection))
+           py::arg("moment_selection") = AsReadOnlyArray(PM{}.moment_selection),
+           py::arg("contact_normals") = AsReadOnlyArray(PM{}.contact_normals))
       .def_readwrite("sequence", &PM::sequence,
                      "0, 1, 2, ...; -1: nothing has come yet.")
       .def_readwrite("send_time", &PM::send_time, "Sender's clock, s.")
@@ -137,7 +141,7 @@ void BindMessages(py::module_& m) {
       .def(
           "is_valid", [](const PM& self) { return IsValid(self); },
           "True if the message may be acted on: finite, its pose a pose, its "
-          "selections projections.")
+          "selections projections, its normals unit vectors.")
       .def("__repr__",
            [](const PM& self) {
              return "PoseMessage(sequence=" + std::to_string(self.sequence) +
@@ -150,12 +154,13 @@ void BindMessages(py::module_& m) {
       .def(py::pickle(
           [](const PM& self) {
             return py::make_tuple(self.sequence, self.send_time, self.pose,
-                                  self.force_selection, self.moment_selection);
+                                  self.force_selection, self.moment_selection,
+                                  self.contact_normals);
           },
           [make_message](const py::tuple& values) {
-            return make_message(values[0].cast<std::int64_t>(),
-                                values[1].cast<double>(),
-                                values[2].cast<Pose>(), values[3], values[4]);
+            return make_message(
+                values[0].cast<std::int64_t>(), values[1].cast<double>(),
+                values[2].cast<Pose>(), values[3], values[4], values[5]);
           }));
   message.attr("TAG") = PM::kTag;
   message.def_static(
@@ -166,6 +171,9 @@ void BindMessages(py::module_& m) {
            "Omega_f, (3, 3), orthogonal projection, in B.");
   DefArray(&message, "moment_selection", &PM::moment_selection,
            "Omega_tau, (3, 3), orthogonal projection, in B.");
+  DefArray(&message, "contact_normals", &PM::contact_normals,
+           "(3, 3), unit vectors INTO the surfaces as columns, in B; zero: "
+           "none, or not known.");
 
   using FM = ForceMessage;
   auto force = BindState<FM>(
@@ -237,17 +245,23 @@ void BindSenders(py::module_& m) {
           "update",
           [](const PoseSender& self, double time, const py::object& position,
              const py::object& rotation, const py::object& force_selection,
-             const py::object& moment_selection, PoseSenderState& state) {
+             const py::object& moment_selection, PoseSenderState& state,
+             const py::object& contact_normals) {
             return self.Update(
-                time, {Vec3(position, "position"), Mat3(rotation, "rotation")},
-                Mat3(force_selection, "force_selection"),
-                Mat3(moment_selection, "moment_selection"), &state);
+                time,
+                {.pose = {Vec3(position, "position"),
+                          Mat3(rotation, "rotation")},
+                 .force_selection = Mat3(force_selection, "force_selection"),
+                 .moment_selection = Mat3(moment_selection, "moment_selection"),
+                 .contact_normals = NormalsOrNone(contact_normals)},
+                &state);
           },
           py::arg("time"), py::arg("position"), py::arg("rotation"),
           py::arg("force_selection"), py::arg("moment_selection"),
-          py::arg("state"),
+          py::arg("state"), py::arg("contact_normals") = py::none(),
           "Takes one sample: time (s), position (3,) m, rotation (3, 3), "
-          "selections (3, 3) in B.\nReturns the newest message; it is a new "
+          "selections and normals (3, 3) in B.\nReturns the newest message; it "
+          "is a new "
           "one when its sequence has grown.");
   py::class_<ForceSender>(
       m, "ForceSender",

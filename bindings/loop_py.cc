@@ -15,7 +15,7 @@ namespace dual_proxy {
 
 namespace {
 
-using Vector11 = Eigen::Matrix<double, 11, 1>;
+using Vector14 = Eigen::Matrix<double, 14, 1>;
 
 const char* KindName(SignalKind kind) {
   switch (kind) {
@@ -81,7 +81,7 @@ void BindLoop(py::module_& m) {
               MakeLayout(VisitSensor, ForceTorqueSensorState()),
               MakeLayout(VisitChannel, Direction::kToRobot, channel),
               MakeLayout(VisitChannel, Direction::kToDevice, channel),
-              MakeLayout(VisitContactTruth, Vector11(Vector11::Zero()),
+              MakeLayout(VisitContactTruth, Vector14(Vector14::Zero()),
                          true)}) {
           result.attr("extend")(Describe(layout));
         }

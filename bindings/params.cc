@@ -159,16 +159,27 @@ py::dict FieldsDict(const py::object& self) {
   return values;
 }
 
+namespace {
+
+// Arrays as lists, which compare as a whole.
+py::object WithoutArrays(const py::object& value) {
+  if (py::isinstance<py::array>(value)) return value.attr("tolist")();
+  if (!py::isinstance<py::tuple>(value)) return value;
+  py::list items;
+  for (const py::handle item : value) {
+    items.append(WithoutArrays(py::reinterpret_borrow<py::object>(item)));
+  }
+  return items;
+}
+
+}  // namespace
+
 bool FieldsEqual(const py::object& self, const py::object& other) {
   if (!py::type::of(self).is(py::type::of(other))) return false;
   for (const auto& [name, doc] : FieldNames(self)) {
     const py::object mine = py::getattr(self, name);
     const py::object theirs = py::getattr(other, name);
-    const bool equal =
-        py::isinstance<py::array>(mine)
-            ? mine.attr("tolist")().equal(theirs.attr("tolist")())
-            : mine.equal(theirs);
-    if (!equal) return false;
+    if (!WithoutArrays(mine).equal(WithoutArrays(theirs))) return false;
   }
   return true;
 }

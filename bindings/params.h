@@ -92,6 +92,12 @@ inline Eigen::Matrix3d Mat3(const py::handle& value, const char* name) {
   return AsFixed<Eigen::Matrix3d>(value, name);
 }
 
+/** Normals of contacts as columns; None: there are none. */
+inline Eigen::Matrix3d NormalsOrNone(const py::handle& value) {
+  if (value.is_none()) return Eigen::Matrix3d::Zero();
+  return Mat3(value, "contact_normals");
+}
+
 /** An enum's value by its name in Python (EnumStrings).
 @throws ValueError that names the field and lists what is allowed. */
 template <typename Enum>

@@ -132,6 +132,9 @@ void DefResult(py::class_<Class>* cls, GetState get) {
   def("singular_vectors", &State::singular_vectors,
       "U, (3, 3), vectors as columns, in B, right-handed; U1 points into the "
       "surface.");
+  def("contact_normals", &State::contact_normals,
+      "(3, 3), unit vectors INTO the surfaces as columns, in B; zero: none, or "
+      "not known.");
   cls->def_property_readonly(
       "prior",
       [get](const Class& self) -> Eigen::Matrix3Xd {

@@ -292,6 +292,8 @@ void BindHapticSideProxy(py::module_& m) {
       .def_readonly("force_selection", &O::force_selection, "Omega_fh, (3, 3).")
       .def_readonly("moment_selection", &O::moment_selection,
                     "Omega_tauh, (3, 3).")
+      .def_readonly("contact_normals", &O::contact_normals,
+                    "Unit vectors into the surfaces as columns, (3, 3).")
       .def_readonly("link_status", &O::link_status, "LinkStatus.")
       .def_readonly("link_age", &O::link_age, "s.");
   using S = HapticSideProxyState;

@@ -160,12 +160,15 @@ void BindRobotSide(py::module_& m) {
           "cycles refused so far");
 
   const auto selections =
-      [](const py::object& force,
-         const py::object& moment) -> std::optional<ContactSelections> {
-    if (force.is_none() && moment.is_none()) return std::nullopt;
+      [](const py::object& force, const py::object& moment,
+         const py::object& normals) -> std::optional<ContactSelections> {
+    if (force.is_none() && moment.is_none() && normals.is_none()) {
+      return std::nullopt;
+    }
     ContactSelections result;
     if (!force.is_none()) result.force = Mat3(force, "force_selection");
     if (!moment.is_none()) result.moment = Mat3(moment, "moment_selection");
+    if (!normals.is_none()) result.normals = Mat3(normals, "contact_normals");
     return result;
   };
   py::class_<RobotSide<SerialArm<7>>>(
@@ -197,16 +200,17 @@ void BindRobotSide(py::module_& m) {
            kSignalsDoc)
       .def(
           "update",
-          [selections](
-              const RobotSide<SerialArm<7>>& self, double time,
-              const py::object& message, const py::object& robot_position,
-              const py::object& robot_rotation, const py::object& jacobian,
-              const py::object& mass, const py::object& bias,
-              const py::object& gravity, const py::object& jdot_v,
-              const py::object& q, const py::object& v,
-              const py::object& force_selection,
-              const py::object& moment_selection,
-              const py::object& sensed_wrench, S& state, bool sensor_ready) {
+          [selections](const RobotSide<SerialArm<7>>& self, double time,
+                       const py::object& message,
+                       const py::object& robot_position,
+                       const py::object& robot_rotation,
+                       const py::object& jacobian, const py::object& mass,
+                       const py::object& bias, const py::object& gravity,
+                       const py::object& jdot_v, const py::object& q,
+                       const py::object& v, const py::object& force_selection,
+                       const py::object& moment_selection,
+                       const py::object& sensed_wrench, S& state,
+                       bool sensor_ready, const py::object& contact_normals) {
             CheckState(self, state);
             self.Update(
                 time,
@@ -220,7 +224,8 @@ void BindRobotSide(py::module_& m) {
                            .Jdot_v = AsFixed<Vector6>(jdot_v, "jdot_v")},
                  .q = AsFixed<Vector7>(q, "q"),
                  .v = AsFixed<Vector7>(v, "v"),
-                 .selections = selections(force_selection, moment_selection),
+                 .selections = selections(force_selection, moment_selection,
+                                          contact_normals),
                  .sensed_wrench =
                      AsFixed<Vector6>(sensed_wrench, "sensed_wrench"),
                  .sensor_ready = sensor_ready},
@@ -232,9 +237,12 @@ void BindRobotSide(py::module_& m) {
           py::arg("v"), py::arg("force_selection"), py::arg("moment_selection"),
           py::arg("sensed_wrench"), py::arg("state"),
           py::arg("sensor_ready") = true,
-          "Advances `state` by one period. force_selection, moment_selection: "
-          "(3, 3), the directions\nof contact if somebody else knows them; "
-          "None, both: the side's own filters find them.\nWithout a sensor "
+          py::arg("contact_normals") = py::none(),
+          "Advances `state` by one period. force_selection, moment_selection, "
+          "contact_normals: (3, 3),\nthe directions of contact if somebody "
+          "else "
+          "knows them; None, all: the side's own filters find them.\nWithout a "
+          "sensor "
           "that "
           "is ready the robot holds its place. Six-vectors are [linear; "
           "angular]\nor [force; moment], in B; jacobian (6, 7), mass (7, 7), "

@@ -330,8 +330,8 @@ void BindContact(py::module_& m) {
           "environment; unit\nnormal, (3,), INTO the surface; place, (3,), m, "
           "for moments. All in B.")
       .def("to_vector", &ContactTruth::ToVector,
-           "(11,): force 3, normal 3, dimension 1; moment dimension 1, axis of "
-           "free\nrotation 3.");
+           "(14,): force 3, normal 3, dimension 1, axis of free motion 3; "
+           "moment dimension 1,\naxis of free rotation 3.");
   py::class_<ContactScene>(m, "ContactScene",
                            "A few surfaces and the tool that touches them.")
       .def(py::init<const SceneParams&>(), py::arg("params") = SceneParams())
@@ -435,8 +435,9 @@ void BindSimulatedArm(py::module_& m) {
       .def_property_readonly(
           "contact_truth",
           [](const State& self) { return self.truth.ToVector(); },
-          "(11,), of the last step: force on the environment 3, N, normal 3, "
-          "dimension 1;\nmoment dimension 1, axis of free rotation 3. In B.")
+          "(14,), of the last step: force on the environment 3, N, normal 3, "
+          "dimension 1, axis of\nfree motion 3; moment dimension 1, axis of "
+          "free rotation 3. In B.")
       .def_property_readonly(
           "reaction", [](const State& self) { return self.reaction; },
           "(6,) [force; moment] about the origin of S, N and N m, in S: of the "

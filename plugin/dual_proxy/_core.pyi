@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'Message', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'FrictionFeedbackParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'Message', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -65,7 +65,7 @@ class Message:
     @property
     def body(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        Its numbers, (n,), n <= 32.
+        Its numbers, (n,), n <= 40.
         """
     @body.setter
     def body(self, arg1: typing.Any) -> None:
@@ -96,8 +96,8 @@ class Message:
         ...
 class PoseMessage:
     """
-    What the dual proxy sends over the link, in both directions: a pose and the selections
-    of force and moment space (which stay zero from the haptic side).
+    What the dual proxy sends over the link, in both directions: a pose, the selections of
+    force and moment space and the contacts' normals (which stay zero from the haptic side).
     """
     TAG: typing.ClassVar[int] = 2028461956
     @staticmethod
@@ -109,9 +109,9 @@ class PoseMessage:
         ...
     def __deepcopy__(self, memo: dict) -> PoseMessage:
         ...
-    def __getstate__(self) -> tuple[int, float, Pose, typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]]:
+    def __getstate__(self) -> tuple[int, float, Pose, typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]]:
         ...
-    def __init__(self, sequence: typing.SupportsInt | typing.SupportsIndex = -1, send_time: typing.SupportsFloat | typing.SupportsIndex = 0.0, pose: Pose = ..., force_selection: typing.Any = ..., moment_selection: typing.Any = ...) -> None:
+    def __init__(self, sequence: typing.SupportsInt | typing.SupportsIndex = -1, send_time: typing.SupportsFloat | typing.SupportsIndex = 0.0, pose: Pose = ..., force_selection: typing.Any = ..., moment_selection: typing.Any = ..., contact_normals: typing.Any = ...) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -119,8 +119,16 @@ class PoseMessage:
         ...
     def is_valid(self) -> bool:
         """
-        True if the message may be acted on: finite, its pose a pose, its selections projections.
+        True if the message may be acted on: finite, its pose a pose, its selections projections, its normals unit vectors.
         """
+    @property
+    def contact_normals(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3, 3), unit vectors INTO the surfaces as columns, in B; zero: none, or not known.
+        """
+    @contact_normals.setter
+    def contact_normals(self, arg1: typing.Any) -> None:
+        ...
     @property
     def force_selection(self) -> numpy.typing.NDArray[numpy.float64]:
         """
@@ -303,9 +311,9 @@ class PoseSender:
         ...
     def make_state(self) -> PoseSenderState:
         ...
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, position: typing.Any, rotation: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, state: PoseSenderState) -> PoseMessage:
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, position: typing.Any, rotation: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, state: PoseSenderState, contact_normals: typing.Any = None) -> PoseMessage:
         """
-        Takes one sample: time (s), position (3,) m, rotation (3, 3), selections (3, 3) in B.
+        Takes one sample: time (s), position (3,) m, rotation (3, 3), selections and normals (3, 3) in B.
         Returns the newest message; it is a new one when its sequence has grown.
         """
     @property
@@ -332,7 +340,7 @@ class CommunicationChannelParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'delay': 's, >= 0: of every message, one way, default 0', 'jitter': 's, >= 0: standard deviation of the normal whose absolute value is added to the delay of each message: none is early, default 0', 'loss': 'in [0, 1]: probability that a message is lost; a dead link has 1, default 0', 'reordering': 'true: a message may overtake an earlier one, as with UDP; false: it arrives no earlier than those sent before it, as with TCP, default true'}
+    fields: typing.ClassVar[dict] = {'delay': 's, >= 0: of every message, one way, default 0', 'jitter': 's, >= 0: standard deviation of the normal whose absolute value is added to the delay of each message: none is early, default 0', 'loss': 'in [0, 1]: probability that a message is lost; a dead link has 1, default 0', 'reordering': 'true: a message may overtake an earlier one, as with UDP; false: it arrives no earlier than those sent before it, as with TCP, default true', 'outages': 'list of : [start, end] each, s: every message sent from start until end is lost'}
     def __copy__(self) -> CommunicationChannelParams:
         ...
     def __deepcopy__(self, memo: dict) -> CommunicationChannelParams:
@@ -377,6 +385,14 @@ class CommunicationChannelParams:
         """
     @loss.setter
     def loss(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def outages(self) -> tuple:
+        """
+        list of : [start, end] each, s: every message sent from start until end is lost
+        """
+    @outages.setter
+    def outages(self, arg1: typing.Any) -> None:
         ...
     @property
     def reordering(self) -> bool:
@@ -1052,7 +1068,7 @@ class RobotSideProxyParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams: between device and robot', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams: what counts as a good message', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose, default true", 'interpolator': 'PoseInterpolatorParams: how poses are joined', 'stiffness': 'N/m, >= 0: k_vir_r, default 500', 'rotational_stiffness': 'N m/rad, >= 0: likewise of rotations, default 10', 'max_force': 'N, >= 0: bound on |F_r|, default 20', 'max_moment': 'N m, >= 0: bound on |M_r|, default 2', 'force_rate': 'N/s, > 0: bound on the change of F_r, default 50', 'moment_rate': 'N m/s, > 0: bound on the change of M_r, default 10', 'max_motion_error': 'm, >= 0: bound on |dx_m|, 0 is none, default 0.012', 'max_distance': 'm, in (0, 0.25]: how far proxy and robot may part, default 0.15', 'catch_up_share': "in (0, 1]: share of the limiter's accelerations until the proxy has met the device's poses, default 1", 'handover': 'one of "printed", "bumpless": how the forces start in a new direction: from the sensed force, or from where they are, default "bumpless"', 'period': 's, > 0: between updates, default 0.001'}
+    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams: between device and robot', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams: what counts as a good message', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose, default true", 'interpolator': 'PoseInterpolatorParams: how poses are joined', 'stiffness': 'N/m, >= 0: k_vir_r, default 500', 'rotational_stiffness': 'N m/rad, >= 0: likewise of rotations, default 10', 'max_force': 'N, >= 0: bound on |F_r|, default 20', 'max_moment': 'N m, >= 0: bound on |M_r|, default 2', 'force_rate': 'N/s, > 0: bound on the change of F_r, default 50', 'moment_rate': 'N m/s, > 0: bound on the change of M_r, default 10', 'max_motion_error': 'm, >= 0: bound on |dx_m|, 0 is none, default 0.02', 'max_distance': 'm, in (0, 0.25]: how far proxy and robot may part, default 0.15', 'catch_up_share': "in (0, 1]: share of the limiter's accelerations until the proxy has met the device's poses, default 1", 'recovery_speed': "m/s, > 0: of the proxy, from when a lost link is back until it has met the device's poses; no more than the limiter's, default 0.06", 'handover': 'one of "printed", "bumpless": how the forces start in a new direction: from the sensed force, or from where they are, default "bumpless"', 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> RobotSideProxyParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideProxyParams:
@@ -1165,7 +1181,7 @@ class RobotSideProxyParams:
     @property
     def max_motion_error(self) -> float:
         """
-        m, >= 0: bound on |dx_m|, 0 is none, default 0.012
+        m, >= 0: bound on |dx_m|, 0 is none, default 0.02
         """
     @max_motion_error.setter
     def max_motion_error(self, arg1: typing.Any) -> None:
@@ -1185,6 +1201,14 @@ class RobotSideProxyParams:
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def recovery_speed(self) -> float:
+        """
+        m/s, > 0: of the proxy, from when a lost link is back until it has met the device's poses; no more than the limiter's, default 0.06
+        """
+    @recovery_speed.setter
+    def recovery_speed(self, arg1: typing.Any) -> None:
         ...
     @property
     def rotational_stiffness(self) -> float:
@@ -1315,7 +1339,7 @@ class HapticSideProxyParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams: between device and robot', 'link': 'LinkMonitorParams: what counts as a good message', 'stiffness': 'N/m, >= 0: k_vir_h; 0: force-matched, map.scale x robot_stiffness, default 0', 'robot_stiffness': 'N/m, >= 0: k_vir_r of the robot side, default 500', 'rotational_stiffness': 'N m/rad, >= 0: likewise of rotations, default 0.5', 'max_force': "N, >= 0: bound on |F_h|: the device's, default 12", 'max_moment': 'N m, >= 0: bound on |M_h|; 0: moments off, default 0', 'force_rate': 'N/s, > 0: bound on the change of F_h, default 20', 'moment_rate': 'N m/s, > 0: bound on the change of M_h, default 1', 'period': 's, > 0: between updates, default 0.001'}
+    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams: between device and robot', 'link': 'LinkMonitorParams: what counts as a good message', 'stiffness': 'N/m, >= 0: k_vir_h; 0: force-matched, map.scale x robot_stiffness, default 0', 'robot_stiffness': 'N/m, >= 0: k_vir_r of the robot side, default 500', 'rotational_stiffness': 'N m/rad, >= 0: likewise of rotations, default 0.5', 'max_force': "N, >= 0: bound on |F_h|: the device's, default 12", 'max_moment': 'N m, >= 0: bound on |M_h|; 0: moments off, default 0', 'force_rate': 'N/s, > 0: bound on the change of F_h, default 20', 'lost_force_rate': 'N/s, > 0: likewise, while it goes to zero without a link, default 120', 'unilateral': 'true: F_h never pulls the hand into a surface; false: eq. (5) as printed, default true', 'moment_rate': 'N m/s, > 0: bound on the change of M_h, default 1', 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> HapticSideProxyParams:
         ...
     def __deepcopy__(self, memo: dict) -> HapticSideProxyParams:
@@ -1352,6 +1376,14 @@ class HapticSideProxyParams:
         """
     @link.setter
     def link(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def lost_force_rate(self) -> float:
+        """
+        N/s, > 0: likewise, while it goes to zero without a link, default 120
+        """
+    @lost_force_rate.setter
+    def lost_force_rate(self, arg1: typing.Any) -> None:
         ...
     @property
     def map(self) -> WorkspaceMapParams:
@@ -1417,6 +1449,14 @@ class HapticSideProxyParams:
     @stiffness.setter
     def stiffness(self, arg1: typing.Any) -> None:
         ...
+    @property
+    def unilateral(self) -> bool:
+        """
+        true: F_h never pulls the hand into a surface; false: eq. (5) as printed, default true
+        """
+    @unilateral.setter
+    def unilateral(self, arg1: typing.Any) -> None:
+        ...
 class HapticSideProxyOutput:
     """
     Outputs of one tick, in D.
@@ -1425,6 +1465,11 @@ class HapticSideProxyOutput:
         ...
     def __deepcopy__(self, memo: dict) -> HapticSideProxyOutput:
         ...
+    @property
+    def contact_normals(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        Unit vectors into the surfaces as columns, (3, 3).
+        """
     @property
     def force_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
         """
@@ -1839,6 +1884,11 @@ class ForceSpaceParticleFilterState:
         Number of calls refused.
         """
     @property
+    def contact_normals(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3), unit vectors INTO the surfaces as columns, in B; zero: none, or not known.
+        """
+    @property
     def dimension(self) -> int:
         """
         0 to 3: number of directions in force space.
@@ -1965,6 +2015,11 @@ class ForceSpaceParticleFilter:
     def bad_inputs(self) -> int:
         """
         Number of calls refused.
+        """
+    @property
+    def contact_normals(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3), unit vectors INTO the surfaces as columns, in B; zero: none, or not known.
         """
     @property
     def dimension(self) -> int:
@@ -2628,6 +2683,74 @@ class JointLimits:
     @property
     def params(self) -> JointLimitsParams:
         ...
+class FrictionFeedbackParams:
+    """
+    What of the friction on a tool that slides is fed forward.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'gain': 'in [0, 1): share of the friction that is fed forward; 0 is off, as printed; at 1 nothing would be left that dissipates, default 0', 'cutoff': 'Hz, > 0: low-pass on the sensed friction, default 1', 'max_friction': '>= 0: bound on the friction, as a share of the force in force space: what else pushes against the tool is no friction, default 0.5', 'max_energy': 'J, >= 0: of what friction has dissipated, how much may be spent later, default 0.01', 'settling_time': 's, >= 0: before the friction of a new contact counts: an impact pushes sideways and back, default 0.2'}
+    def __copy__(self) -> FrictionFeedbackParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> FrictionFeedbackParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def cutoff(self) -> float:
+        """
+        Hz, > 0: low-pass on the sensed friction, default 1
+        """
+    @cutoff.setter
+    def cutoff(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def gain(self) -> float:
+        """
+        in [0, 1): share of the friction that is fed forward; 0 is off, as printed; at 1 nothing would be left that dissipates, default 0
+        """
+    @gain.setter
+    def gain(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_energy(self) -> float:
+        """
+        J, >= 0: of what friction has dissipated, how much may be spent later, default 0.01
+        """
+    @max_energy.setter
+    def max_energy(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_friction(self) -> float:
+        """
+        >= 0: bound on the friction, as a share of the force in force space: what else pushes against the tool is no friction, default 0.5
+        """
+    @max_friction.setter
+    def max_friction(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def settling_time(self) -> float:
+        """
+        s, >= 0: before the friction of a new contact counts: an impact pushes sideways and back, default 0.2
+        """
+    @settling_time.setter
+    def settling_time(self, arg1: typing.Any) -> None:
+        ...
 class ForceLoopParams:
     """
     Parameters of ForceLoop; for moments N m and N m s/rad.
@@ -2792,7 +2915,7 @@ class OperationalSpaceControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'position_stiffness': '1/s^2, >= 0: Kpm, default 500', 'position_damping': '1/s, >= 0: Kvm, default 40', 'rotation_stiffness': '1/s^2, >= 0: Kpm of orientation, default 600', 'rotation_damping': '1/s, >= 0: Kvm of orientation, default 38', 'motion_speed_limit': 'm/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0', 'rotation_speed_limit': 'rad/s, >= 0: likewise of orientation; 0 is none, default 0', 'force_gain': '>= 0: Kpf, default 2.5', 'force_integral_gain': '1/s, >= 0: Kif, default 5.5', 'force_damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': "N, >= 0: bound on |Kpf e|, so that a force far from the reference, as of a bias, is answered no faster than the arm's torques can turn round; 0 is none, default 0", 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0', 'moment_gain': '>= 0: Kpf of moments, default 2.5', 'moment_integral_gain': '1/s, >= 0: Kif of moments, default 5.5', 'moment_damping': 'N m s/rad, >= 0: Kvf of moments, default 0.8', 'max_proportional_moment': 'N m, >= 0: bound on |Kpf e| of moments; 0 is none, default 0', 'max_integral_moment': 'N m, >= 0: bound on |Kif int e| of moments, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench; 0 is off, default 100', 'feed_forward': "true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true", 'selection_blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03', 'passivity': 'whether the passivity controllers of both loops act; they always observe, default true', 'force_passivity': 'TimeDomainPassivityParams: of the force loop; its enabled and period are ignored', 'moment_passivity': 'TimeDomainPassivityParams: of the moment loop, N m s/rad and J; its enabled and period are ignored', 'unit_mass_motion_force': 'true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, default true', 'unit_inertia_motion_moment': 'true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed, default false', 'q_rest': '(7,), rad: posture kept in the null space, default [0, -0.785398, 0, -2.35619, 0, 1.5708, 0.785398]', 'posture_stiffness': '1/s^2, >= 0: of the posture, default 25', 'posture_damping': '1/s, >= 0: of the posture, default 10', 'posture_speed_limit': 'rad/s, >= 0: how fast a joint may take up its posture; 0 is none, default 0', 'max_mass': 'kg, > 0: apparent masses up to here are exact; beyond, towards a singularity, the apparent mass falls to zero, default 50', 'characteristic_length': 'm, > 0: lever that turns rotational inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams: ends and speeds of the joints', 'torque_limit': '(7,), N m, > 0: of each joint, default [87, 87, 87, 87, 12, 12, 12]', 'torque_rate_limit': 'N m/s, > 0: of each joint, default 1000', 'torque_margin': 'in [0, 1): share of both torque limits that is kept free, default 0.05', 'period': 's, > 0: of control, default 0.001'}
+    fields: typing.ClassVar[dict] = {'position_stiffness': '1/s^2, >= 0: Kpm, default 500', 'position_damping': '1/s, >= 0: Kvm, default 40', 'rotation_stiffness': '1/s^2, >= 0: Kpm of orientation, default 600', 'rotation_damping': '1/s, >= 0: Kvm of orientation, default 38', 'motion_speed_limit': 'm/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0', 'rotation_speed_limit': 'rad/s, >= 0: likewise of orientation; 0 is none, default 0', 'force_gain': '>= 0: Kpf, default 2.5', 'force_integral_gain': '1/s, >= 0: Kif, default 5.5', 'force_damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': "N, >= 0: bound on |Kpf e|, so that a force far from the reference, as of a bias, is answered no faster than the arm's torques can turn round; 0 is none, default 0", 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0', 'moment_gain': '>= 0: Kpf of moments, default 2.5', 'moment_integral_gain': '1/s, >= 0: Kif of moments, default 5.5', 'moment_damping': 'N m s/rad, >= 0: Kvf of moments, default 0.8', 'max_proportional_moment': 'N m, >= 0: bound on |Kpf e| of moments; 0 is none, default 0', 'max_integral_moment': 'N m, >= 0: bound on |Kif int e| of moments, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench; 0 is off, default 100', 'feed_forward': "true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true", 'selection_blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03', 'friction_feedback': 'FrictionFeedbackParams: of what a tool that slides feels', 'passivity': 'whether the passivity controllers of both loops act; they always observe, default true', 'force_passivity': 'TimeDomainPassivityParams: of the force loop; its enabled and period are ignored', 'moment_passivity': 'TimeDomainPassivityParams: of the moment loop, N m s/rad and J; its enabled and period are ignored', 'unit_mass_motion_force': 'true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, default true', 'unit_inertia_motion_moment': 'true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed, default false', 'q_rest': '(7,), rad: posture kept in the null space, default [0, -0.785398, 0, -2.35619, 0, 1.5708, 0.785398]', 'posture_stiffness': '1/s^2, >= 0: of the posture, default 25', 'posture_damping': '1/s, >= 0: of the posture, default 10', 'posture_speed_limit': 'rad/s, >= 0: how fast a joint may take up its posture; 0 is none, default 0', 'max_mass': 'kg, > 0: apparent masses up to here are exact; beyond, towards a singularity, the apparent mass falls to zero, default 50', 'characteristic_length': 'm, > 0: lever that turns rotational inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams: ends and speeds of the joints', 'torque_limit': '(7,), N m, > 0: of each joint, default [87, 87, 87, 87, 12, 12, 12]', 'torque_rate_limit': 'N m/s, > 0: of each joint, default 1000', 'torque_margin': 'in [0, 1): share of both torque limits that is kept free, default 0.05', 'period': 's, > 0: of control, default 0.001'}
     def __copy__(self) -> OperationalSpaceControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperationalSpaceControllerParams:
@@ -2885,6 +3008,14 @@ class OperationalSpaceControllerParams:
         """
     @force_speed_limit.setter
     def force_speed_limit(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def friction_feedback(self) -> FrictionFeedbackParams:
+        """
+        FrictionFeedbackParams: of what a tool that slides feels
+        """
+    @friction_feedback.setter
+    def friction_feedback(self, arg1: typing.Any) -> None:
         ...
     @property
     def joint_limits(self) -> JointLimitsParams:
@@ -3529,7 +3660,7 @@ class HapticControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'force_damping': "N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum, default 27", 'max_force': "N, >= 0: the device's maximum, default 12", 'max_moment': 'N m, >= 0: 0 for a device without moments, default 0', 'period': "s, > 0: of the device's control, default 0.001"}
+    fields: typing.ClassVar[dict] = {'force_damping': "N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum, default 27", 'max_force': "N, >= 0: the device's maximum, default 12", 'max_moment': 'N m, >= 0: 0 for a device without moments, default 0', 'selection_blend_time': 's, >= 0: in which the damping of a new selection takes over; 0 switches at once, as printed, default 0.03', 'period': "s, > 0: of the device's control, default 0.001"}
     def __copy__(self) -> HapticControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> HapticControllerParams:
@@ -3583,6 +3714,14 @@ class HapticControllerParams:
     @period.setter
     def period(self, arg1: typing.Any) -> None:
         ...
+    @property
+    def selection_blend_time(self) -> float:
+        """
+        s, >= 0: in which the damping of a new selection takes over; 0 switches at once, as printed, default 0.03
+        """
+    @selection_blend_time.setter
+    def selection_blend_time(self, arg1: typing.Any) -> None:
+        ...
 class HapticControllerState:
     """
     Memory of HapticController.
@@ -3604,9 +3743,9 @@ class HapticController:
         ...
     def make_state(self) -> HapticControllerState:
         ...
-    def update(self, reference_force: typing.Any, reference_moment: typing.Any, device_velocity: typing.Any, force_selection: typing.Any, state: HapticControllerState) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+    def update(self, reference_force: typing.Any, reference_moment: typing.Any, device_velocity: typing.Any, force_selection: typing.Any, state: HapticControllerState, contact_normals: typing.Any = None) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
         """
-        Takes F_h (3,), N, M_h (3,), N m, v_h (6,) [linear; angular], Omega_fh (3, 3); in D.
+        Takes F_h (3,), N, M_h (3,), N m, v_h (6,) [linear; angular], Omega_fh (3, 3), contact normals (3, 3), columns; in D.
         Returns the device wrench (6,) [force; moment] on the hand, in D.
         """
     @property
@@ -4318,10 +4457,10 @@ class _ContactTruth:
         Takes one more contact: force, (3,), N, of the tool on its environment; unit
         normal, (3,), INTO the surface; place, (3,), m, for moments. All in B.
         """
-    def to_vector(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[11, 1]"]:
+    def to_vector(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[14, 1]"]:
         """
-        (11,): force 3, normal 3, dimension 1; moment dimension 1, axis of free
-        rotation 3.
+        (14,): force 3, normal 3, dimension 1, axis of free motion 3; moment dimension 1,
+        axis of free rotation 3.
         """
 class ContactScene:
     """
@@ -4534,10 +4673,10 @@ class SimulatedArmState:
         Updates with a torque that was not finite.
         """
     @property
-    def contact_truth(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[11, 1]"]:
+    def contact_truth(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[14, 1]"]:
         """
-        (11,), of the last step: force on the environment 3, N, normal 3, dimension 1;
-        moment dimension 1, axis of free rotation 3. In B.
+        (14,), of the last step: force on the environment 3, N, normal 3, dimension 1, axis of
+        free motion 3; moment dimension 1, axis of free rotation 3. In B.
         """
     @property
     def pose(self) -> Pose:
@@ -5337,10 +5476,10 @@ class RobotSide:
         """
         All signals of a state as one flat float64 vector, by `layout`.
         """
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideState, sensor_ready: bool = True) -> None:
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideState, sensor_ready: bool = True, contact_normals: typing.Any = None) -> None:
         """
-        Advances `state` by one period. force_selection, moment_selection: (3, 3), the directions
-        of contact if somebody else knows them; None, both: the side's own filters find them.
+        Advances `state` by one period. force_selection, moment_selection, contact_normals: (3, 3),
+        the directions of contact if somebody else knows them; None, all: the side's own filters find them.
         Without a sensor that is ready the robot holds its place. Six-vectors are [linear; angular]
         or [force; moment], in B; jacobian (6, 7), mass (7, 7), bias (7,) without gravity, gravity
         (7,) as Drake's CalcGravityGeneralizedForces.
@@ -5942,6 +6081,14 @@ class LinkParams:
         """
     @monitor.setter
     def monitor(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def outages(self) -> tuple:
+        """
+        list of : [start, end] each, s: every message sent from start until end is lost
+        """
+    @outages.setter
+    def outages(self, arg1: typing.Any) -> None:
         ...
     @property
     def period(self) -> float:
@@ -7064,7 +7211,7 @@ def _signal_catalogue() -> list:
     """
     [(name, kind, size, unit, frame, meaning)] of every signal that a log may have.
     """
-def _single_contact_truth(force: typing.Any, normal: typing.Any, on_tool: bool) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[11, 1]"]:
+def _single_contact_truth(force: typing.Any, normal: typing.Any, on_tool: bool) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[14, 1]"]:
     """
     `_ContactTruth.to_vector()` of one contact as Drake gives it: the force on body B and the
     normal from B to A, B being the tool or not.

@@ -17,13 +17,13 @@ namespace {
 constexpr Eigen::Index kBlock = 64;
 constexpr Eigen::Index kFileBlock = 1000;
 
-using Vector11 = Eigen::Matrix<double, 11, 1>;
+using Vector14 = Eigen::Matrix<double, 14, 1>;
 
 std::vector<SignalSlice> MakeLogLayout(std::vector<SignalSlice> layout,
                                        bool rotations) {
   const int begin = SizeOf(layout);
   for (SignalSlice signal : MakeLayout([rotations](SignalSink* sink) {
-         VisitContactTruth(Vector11::Zero(), rotations, sink);
+         VisitContactTruth(Vector14::Zero(), rotations, sink);
          VisitHand(Eigen::Vector3d::Zero(), sink);
        })) {
     signal.start += begin;
@@ -46,14 +46,19 @@ TeleopLoopInput<PointMass> MakeInput(const PointRobotState& state) {
 }
 
 template <int kJoints>
-Vector11 MakeTruth(const SimulatedArmState<kJoints>& state) {
+Vector14 MakeTruth(const SimulatedArmState<kJoints>& state) {
   return state.truth.ToVector();
 }
 
-Vector11 MakeTruth(const PointRobotState& state) {
-  Vector11 truth = Vector11::Zero();
-  truth.head<7>() << state.contact.force, state.contact.normal,
-      state.contact.dimension;
+Vector14 MakeTruth(const PointRobotState& state) {
+  Vector14 truth = Vector14::Zero();
+  const SceneContact& contact = state.contact;
+  truth.head<7>() << contact.force, contact.normal, contact.dimension;
+  ContactTruth independent;
+  for (int i = 0; i < contact.count; ++i) {
+    independent.Add(contact.normals.col(i), contact.normals.col(i));
+  }
+  truth.segment<3>(7) = independent.CalcMotionAxis();
   return truth;
 }
 

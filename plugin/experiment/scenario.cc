@@ -178,9 +178,14 @@ void Scenario::ApplyPresets() {
     angular_filter.filter.period = 1.0 / 15.0;
     robot_proxy.interpolate = false;
     robot_proxy.max_motion_error = 0;
+    robot_proxy.recovery_speed = robot_proxy.limiter.max_velocity;
+    haptic_proxy.unilateral = false;
+    haptic_controller.selection_blend_time = 0;
     controller.unit_mass_motion_force = false;
     controller.feed_forward = false;
     controller.selection_blend_time = 0;
+    controller.force_gain = 2.5;
+    controller.friction_feedback.gain = 0;
     controller.force_filter_cutoff = 0;
     controller.force_integral_delay = 0;
     controller.passivity = false;

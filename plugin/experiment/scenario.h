@@ -187,6 +187,8 @@ struct Scenario {
   }()};
   OperationalSpaceControllerParams<7> controller{[] {
     OperationalSpaceControllerParams<7> params;
+    params.force_gain = 1;
+    params.friction_feedback.gain = 0.8;
     params.force_integral_delay = 0.1;
     params.motion_speed_limit = 0.5;
     params.rotation_speed_limit = 1;

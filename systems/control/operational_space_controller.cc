@@ -205,6 +205,7 @@ OperationalSpaceController<kJoints>::OperationalSpaceController(Params params)
     : params_((params.Validate(), params)),
       force_loop_(MakeForceLoopParams(params)),
       moment_loop_(MakeMomentLoopParams(params)),
+      friction_(params.friction_feedback, params.period),
       blend_(
           {.blend_time = params.selection_blend_time, .period = params.period}),
       joint_limits_(params.joint_limits) {}
@@ -347,6 +348,10 @@ OperationalSpaceController<kJoints>::Update(const Input& input,
   }
   Vector6 contact_wrench;
   contact_wrench << output.contact_force, output.contact_moment;
+  if (input.force_feedback && input.sensor_ready) {
+    contact_wrench.head<3>() +=
+        friction_.Update(sensed.head<3>(), v_BE, Omega_f, &state->friction);
+  }
 
   // Torque: eq. (14) to (17).
   Joints posture = params_.posture_stiffness * (params_.q_rest - input.q);

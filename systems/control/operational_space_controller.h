@@ -7,6 +7,7 @@
 #include "dual_proxy/common/arm_limits.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/force_loop.h"
+#include "dual_proxy/control/friction_feedback.h"
 #include "dual_proxy/control/joint_limits.h"
 #include "dual_proxy/control/model_terms.h"
 #include "dual_proxy/control/passivity_controller.h"
@@ -43,6 +44,7 @@ struct OperationalSpaceControllerParams {
 
   bool feed_forward{true};
   double selection_blend_time{0.03};
+  FrictionFeedbackParams friction_feedback;
   bool passivity{true};
   /** It has nothing to spend at first touch: a light tool would bounce on it.
    */
@@ -134,6 +136,8 @@ struct OperationalSpaceControllerParams {
     a->Visit(Field(
         "selection_blend_time", &selection_blend_time, AtLeast(0), "s",
         "in which a new selection takes over; 0 switches at once, as printed"));
+    a->Visit(Field("friction_feedback", &friction_feedback,
+                   "of what a tool that slides feels"));
     a->Visit(Field("passivity", &passivity,
                    "whether the passivity controllers of both loops act; they "
                    "always observe"));
@@ -268,6 +272,7 @@ struct OperationalSpaceControllerState {
   SelectionBlendState moment_selection;
   ForceLoopState force;
   ForceLoopState moment;
+  FrictionFeedbackState friction;
   /** Sent last, N m. */
   JointVector<kJoints> torque{JointVector<kJoints>::Zero()};
   bool initialized{false};         ///< A torque was sent.
@@ -284,7 +289,8 @@ to (17), in six degrees of freedom:
     a   = Omega_m   (-[Kpm dx_m] - Kvm (v - v_p) + a_p)          linear
         ; Omega_rot (-[Kp dphi_m] - Kv (w - w_p) + alpha_p)      angular
     F_f, M_f by ForceLoop, or as given (force_feedback)          eq. (13)
-    tau = J^T (Lambda (a - Jdot v) + [F_f; M_f]) + C v - g + N^T tau_0
+    F_t by FrictionFeedback, in motion space
+    tau = J^T (Lambda (a - Jdot v) + [F_f + F_t; M_f]) + C v - g + N^T tau_0
     N^T tau_0 = A u - J^T Lambda J u,   u = Kq (q_rest - q) - Dq v
 
 with Omega_m = I - Omega_b, Omega_rot = I - Omega_b,tau (the blended
@@ -343,6 +349,7 @@ class OperationalSpaceController {
   Params params_;
   ForceLoop force_loop_;
   ForceLoop moment_loop_;
+  FrictionFeedback friction_;
   SelectionBlend blend_;
   JointLimits<kJoints> joint_limits_;
 };

@@ -133,6 +133,7 @@ struct HapticControllerInput {
   Eigen::Vector3d reference_moment{Eigen::Vector3d::Zero()};
   Vector6 device_velocity{Vector6::Zero()};
   Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
+  Eigen::Matrix3d contact_normals{Eigen::Matrix3d::Zero()};
 };
 
 struct HapticControllerMemory {
@@ -158,13 +159,14 @@ class HapticControllerBlock final
     ports->GetVector({"device_velocity", "[linear; angular], m/s, rad/s"},
                      &input->device_velocity);
     ports->GetVector({"force_selection", "Omega_fh"}, &input->force_selection);
+    ports->GetVector(kContactNormals, &input->contact_normals);
   }
 
   void Update(double, const HapticControllerInput& input,
               HapticControllerMemory* memory) const override {
     memory->device_wrench = controller_.Update(
         input.reference_force, input.reference_moment, input.device_velocity,
-        input.force_selection, &memory->state);
+        input.force_selection, input.contact_normals, &memory->state);
   }
 
   void WriteOutputs(double, const HapticControllerMemory& memory, InputPorts*,

@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/faces/blocks.h"
+#include "dual_proxy/faces/shared_ports.h"
 
 namespace dual_proxy {
 
 namespace {
 
-struct PoseSenderInput {
-  Pose pose;
-  Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
-  Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
-};
-
-class PoseSenderBlock final : public BlockOf<PoseSenderInput, PoseSenderState> {
+class PoseSenderBlock final : public BlockOf<PoseMessage, PoseSenderState> {
  public:
   explicit PoseSenderBlock(const PoseSenderParams& params)
       : BlockOf("PoseSender", {.period = params.period}), sender_(params) {
@@ -20,17 +15,17 @@ class PoseSenderBlock final : public BlockOf<PoseSenderInput, PoseSenderState> {
   }
 
  private:
-  void ReadInputs(InputPorts* ports, PoseSenderInput* input) const override {
+  void ReadInputs(InputPorts* ports, PoseMessage* input) const override {
     ports->GetPose({"pose", "X_DH of the device or X_BE of the robot"},
                    &input->pose);
     ports->GetVector({"force_selection", "in B"}, &input->force_selection);
     ports->GetVector({"moment_selection", "in B"}, &input->moment_selection);
+    ports->GetVector(kContactNormals, &input->contact_normals);
   }
 
-  void Update(double time, const PoseSenderInput& input,
+  void Update(double time, const PoseMessage& input,
               PoseSenderState* state) const override {
-    sender_.Update(time, input.pose, input.force_selection,
-                   input.moment_selection, state);
+    sender_.Update(time, input, state);
   }
 
   void WriteOutputs(double, const PoseSenderState& state, InputPorts*,

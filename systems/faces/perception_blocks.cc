@@ -2,6 +2,7 @@
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/common/window_mean.h"
 #include "dual_proxy/faces/blocks.h"
+#include "dual_proxy/faces/shared_ports.h"
 
 namespace dual_proxy {
 
@@ -70,6 +71,7 @@ class ForceSpaceParticleFilterBlock final
     ports->PutCounts(
         {"counters", "updates refused, updates in which nothing was likely"},
         {state.bad_inputs, state.all_weights_zero});
+    ports->PutMatrix(kContactNormals, state.contact_normals);
   }
 
   ForceSpaceParticleFilter filter_;

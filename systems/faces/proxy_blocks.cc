@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/faces/blocks.h"
+#include "dual_proxy/faces/shared_ports.h"
 
 namespace dual_proxy {
 
@@ -100,6 +101,7 @@ class HapticSideProxyBlock final
     ports->PutMatrix({"force_selection", "Omega_fh"}, output.force_selection);
     ports->PutVector({"link_status", "see LinkStatusVector()"},
                      LinkStatusVector(state.link));
+    ports->PutMatrix(kContactNormals, output.contact_normals);
   }
 
   HapticSideProxy proxy_;

@@ -14,6 +14,10 @@ struct Nothing {};
 
 inline constexpr PortText kRobotState{"robot_state", "[q; v], rad, rad/s"};
 
+inline constexpr PortText kContactNormals{
+    "contact_normals",
+    "unit vectors INTO the surfaces, columns of a row-major 3x3; zero: none"};
+
 /** The ports that show what a filter has found. */
 inline void WriteFound(const ContactPerceptionState& perception,
                        OutputPorts* ports) {
@@ -22,6 +26,7 @@ inline void WriteFound(const ContactPerceptionState& perception,
                    filter.force_selection);
   ports->PutScalar({"dimension", "of force space, 0 to 3, likewise"},
                    filter.dimension);
+  ports->PutMatrix(kContactNormals, filter.contact_normals);
 }
 
 /** Likewise of the angular filter. */

@@ -90,11 +90,16 @@ class RobotSideBlock final : public BlockOf<RobotBlockInput, RobotBlockMemory> {
     const bool has_force = ports->GetVector(
         {"force_selection",
          "Omega_f if somebody else knows the directions of contact; the side's "
-         "own filters rest if this or the next one is connected"},
+         "own filters rest if this or one of the next two is connected"},
         &selections.force);
     const bool has_moment = ports->GetVector(
         {"moment_selection", "Omega_tau, likewise"}, &selections.moment);
-    if (has_force || has_moment) side.selections = selections;
+    const bool has_normals =
+        ports->GetVector({"contact_normals",
+                          "unit vectors into the surfaces, likewise; without "
+                          "them the hand may be pulled into one"},
+                         &selections.normals);
+    if (has_force || has_moment || has_normals) side.selections = selections;
     if (sensor_) {
       ports->GetFlag({"tare",
                       "asks for the sensor's bias to be learned anew when it "

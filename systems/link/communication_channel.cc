@@ -3,11 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace dual_proxy {
 
 void CommunicationChannelParams::Validate() const {
-  ValidateFields("CommunicationChannelParams", *this);
+  const char* who = "CommunicationChannelParams";
+  ValidateFields(who, *this);
+  for (const Eigen::Vector2d& outage : outages) {
+    ThrowUnlessIn(who, "outages", outage, AtLeast(0));
+    ThrowUnlessIn(who, "outages", outage(1), Above({outage(0), "its start"}));
+  }
 }
 
 InFlightMessages::InFlightMessages(const InFlightMessages& other)
@@ -47,8 +53,13 @@ void InFlightMessages::EraseArrived(double time) noexcept {
 }
 
 CommunicationChannel::CommunicationChannel(CommunicationChannelParams params)
-    : params_(params) {
-  params_.Validate();
+    : params_((params.Validate(), std::move(params))) {}
+
+bool CommunicationChannel::IsOut(double time) const noexcept {
+  return std::any_of(params_.outages.begin(), params_.outages.end(),
+                     [time](const Eigen::Vector2d& outage) {
+                       return time >= outage(0) && time < outage(1);
+                     });
 }
 
 CommunicationChannelState CommunicationChannel::MakeState(
@@ -70,7 +81,7 @@ void CommunicationChannel::Send(
     return;
   }
   ++state->sent;
-  const bool lost = state->random.Uniform() < params_.loss;
+  const bool lost = state->random.Uniform() < params_.loss || IsOut(time);
   const double extra = params_.jitter * std::abs(state->random.Normal());
   if (lost) {
     ++state->lost;

@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/link/message.h"
@@ -18,6 +20,7 @@ struct CommunicationChannelParams {
   double jitter{0.0};
   double loss{0.0};
   bool reordering{true};
+  std::vector<Eigen::Vector2d> outages{};
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;
@@ -36,6 +39,9 @@ struct CommunicationChannelParams {
         "reordering", &reordering,
         "true: a message may overtake an earlier one, as with UDP; false: it "
         "arrives no earlier than those sent before it, as with TCP"));
+    a->Visit(Field("outages", &outages,
+                   "[start, end] each, s: every message sent from start until "
+                   "end is lost"));
   }
 };
 
@@ -89,8 +95,8 @@ struct CommunicationChannelState {
 
 Draws two random numbers per message whether or not they are used, so that with
 one seed the messages lost are the same for every delay and jitter, and the
-jitter of a message is the same for every loss. Values do not depend on the
-platform. */
+jitter of a message is the same for every loss; outages change neither. Values
+do not depend on the platform. */
 class CommunicationChannel {
  public:
   /** When whoever runs a channel looks for the sender's newest message, in
@@ -123,6 +129,8 @@ class CommunicationChannel {
                          const CommunicationChannelState& state) const noexcept;
 
  private:
+  bool IsOut(double time) const noexcept;
+
   CommunicationChannelParams params_;
 };
 

@@ -13,6 +13,7 @@ namespace {
 // Larger than the rounding of single-precision senders, small enough that a
 // selection cannot amplify a force noticeably.
 constexpr double kSelectionTolerance = 1e-3;
+constexpr double kNormalTolerance = 1e-3;
 
 using Matrix3Map = Eigen::Map<Eigen::Matrix3d>;
 using ConstMatrix3Map = Eigen::Map<const Eigen::Matrix3d>;
@@ -30,6 +31,7 @@ void PoseMessage::WriteBody(double* body) const noexcept {
   Matrix3Map{body + 3} = pose.R;
   Matrix3Map{body + 12} = force_selection;
   Matrix3Map{body + 21} = moment_selection;
+  Matrix3Map{body + 30} = contact_normals;
 }
 
 void PoseMessage::ReadBody(const double* body) noexcept {
@@ -37,6 +39,7 @@ void PoseMessage::ReadBody(const double* body) noexcept {
   pose.R = ConstMatrix3Map{body + 3};
   force_selection = ConstMatrix3Map{body + 12};
   moment_selection = ConstMatrix3Map{body + 21};
+  contact_normals = ConstMatrix3Map{body + 30};
 }
 
 void ForceMessage::WriteBody(double* body) const noexcept {
@@ -62,10 +65,20 @@ bool IsSelection(const Eigen::Matrix3d& Omega) noexcept {
   return asymmetry <= kSelectionTolerance && defect <= kSelectionTolerance;
 }
 
+bool AreNormals(const Eigen::Matrix3d& normals) noexcept {
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d normal = normals.col(i);
+    if (normal.isZero(0)) continue;
+    if (!(std::abs(normal.norm() - 1) <= kNormalTolerance)) return false;
+  }
+  return true;
+}
+
 bool IsValid(const PoseMessage& message) noexcept {
   return std::isfinite(message.send_time) && IsValidPose(message.pose) &&
          IsSelection(message.force_selection) &&
-         IsSelection(message.moment_selection);
+         IsSelection(message.moment_selection) &&
+         AreNormals(message.contact_normals);
 }
 
 bool IsValid(const ForceMessage& message) noexcept {

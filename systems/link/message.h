@@ -32,7 +32,7 @@ std::string DescribeTag(MessageTag tag);
 /** What travels over the link, whatever the scheme: a header and up to kMaxSize
 numbers, whose meaning the tag tells. A plain value of fixed size. */
 struct Message {
-  static constexpr int kMaxSize = 32;
+  static constexpr int kMaxSize = 40;
 
   MessageTag tag{0};          ///< 0: nothing.
   std::int32_t size{0};       ///< Numbers in use.
@@ -41,16 +41,18 @@ struct Message {
   std::array<double, kMaxSize> body{};
 };
 
-/** What the dual proxy sends over the link, in both directions: a pose and the
-selections of force and moment space, never a force or a velocity.
+/** What the dual proxy sends over the link, in both directions: a pose, the
+selections of force and moment space and the contacts' normals, never a force or
+a velocity.
 
 From the haptic side: the pose X_DH of the handle in the device base frame D,
-measured from the device's home; the selections stay zero. From the robot side:
-the pose X_BE of the tool point and both selections, in the robot base frame B.
+measured from the device's home; the rest stays zero. From the robot side: the
+pose X_BE of the tool point, both selections and the normals, in the robot base
+frame B.
 The receiver maps them into its own frame (WorkspaceMap). */
 struct PoseMessage {
   static constexpr MessageTag kTag = MakeMessageTag("pose");
-  static constexpr int kSize = 30;
+  static constexpr int kSize = 39;
 
   std::int64_t sequence{-1};  ///< 0, 1, 2, ...; -1: nothing has come yet.
   double send_time{0};        ///< Sender's clock, s.
@@ -59,6 +61,8 @@ struct PoseMessage {
   Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
   /// Omega_tau, orthogonal projection onto moment space, in B.
   Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
+  /// Unit vectors INTO the surfaces as columns, in B; zero: none, or not known.
+  Eigen::Matrix3d contact_normals{Eigen::Matrix3d::Zero()};
 
   /** Writes or reads the kSize numbers of the body. */
   void WriteBody(double* body) const noexcept;
@@ -120,8 +124,11 @@ bool IsFinite(const Message& message) noexcept;
 to 1e-3 per entry. */
 bool IsSelection(const Eigen::Matrix3d& Omega) noexcept;
 
-/** True if the message may be acted on: finite, its pose is a pose and its
-selections are orthogonal projections. */
+/** True if the columns of `normals` are unit vectors, to 1e-3, or zero. */
+bool AreNormals(const Eigen::Matrix3d& normals) noexcept;
+
+/** True if the message may be acted on: finite, its pose is a pose, its
+selections are orthogonal projections and its normals unit vectors. */
 bool IsValid(const PoseMessage& message) noexcept;
 /** True if the message may be acted on: finite. */
 bool IsValid(const ForceMessage& message) noexcept;

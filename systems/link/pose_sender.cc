@@ -13,6 +13,7 @@ void Accumulate(const PoseMessage& sample, PoseMessage* sum) noexcept {
   sum->pose.R += sample.pose.R;
   sum->force_selection = sample.force_selection;
   sum->moment_selection = sample.moment_selection;
+  sum->contact_normals = sample.contact_normals;
 }
 
 void Clear(PoseMessage* sum) noexcept {
@@ -81,14 +82,8 @@ const Message& MessageSender<Message>::Add(
 template class MessageSender<PoseMessage>;
 template class MessageSender<ForceMessage>;
 
-const PoseMessage& PoseSender::Update(double time, const Pose& pose,
-                                      const Eigen::Matrix3d& force_selection,
-                                      const Eigen::Matrix3d& moment_selection,
+const PoseMessage& PoseSender::Update(double time, const PoseMessage& sample,
                                       PoseSenderState* state) const noexcept {
-  PoseMessage sample;
-  sample.pose = pose;
-  sample.force_selection = force_selection;
-  sample.moment_selection = moment_selection;
   return Add(time, sample, state);
 }
 

@@ -87,21 +87,18 @@ using ForceSenderState = MessageSenderState<ForceMessage>;
 
 /** Turns 1 kHz poses into messages of a lower rate: mean position and
 chordal-mean rotation of the samples since the last message (spec section 4),
-with the latest selections. */
+with the latest selections and normals. */
 class PoseSender final : public MessageSender<PoseMessage> {
  public:
   using MessageSender::MessageSender;
 
   /** Takes one sample and, when one is due, makes the next message.
   @param time sender's clock, s, not decreasing.
-  @param pose X_DH or X_BE.
-  @param force_selection Omega_f, 3x3 projection, in B; zero from the device.
-  @param moment_selection Omega_tau, likewise.
+  @param sample pose, selections, normals; its sequence and send_time do not
+    count.
   @returns state->message: a new one exactly when its sequence has grown.
   No heap, no throw. */
-  const PoseMessage& Update(double time, const Pose& pose,
-                            const Eigen::Matrix3d& force_selection,
-                            const Eigen::Matrix3d& moment_selection,
+  const PoseMessage& Update(double time, const PoseMessage& sample,
                             PoseSenderState* state) const noexcept;
 };
 

@@ -103,7 +103,8 @@ void ContactPerception::AddSamples(double time, const FilterInput& force,
 
 ContactSelections ContactPerception::GetSelections(
     const State& state) const noexcept {
-  ContactSelections selections{.force = state.force.filter.force_selection};
+  ContactSelections selections{.force = state.force.filter.force_selection,
+                               .normals = state.force.filter.contact_normals};
   if (moment_) selections.moment = state.moment.filter.force_selection;
   return selections;
 }

@@ -94,10 +94,12 @@ struct FilterInput {
   Eigen::Vector3d contact{Eigen::Vector3d::Zero()};   ///< F_f or M_f.
 };
 
-/** The directions of contact, projections in B. */
+/** The directions of contact, in B. */
 struct ContactSelections {
-  Eigen::Matrix3d force{Eigen::Matrix3d::Zero()};   ///< Omega_f.
-  Eigen::Matrix3d moment{Eigen::Matrix3d::Zero()};  ///< Omega_tau.
+  Eigen::Matrix3d force{Eigen::Matrix3d::Zero()};   ///< Omega_f, projection.
+  Eigen::Matrix3d moment{Eigen::Matrix3d::Zero()};  ///< Omega_tau, projection.
+  /** Unit vectors INTO the surfaces as columns; zero: none, or not known. */
+  Eigen::Matrix3d normals{Eigen::Matrix3d::Zero()};
 };
 
 /** One filter with what it averages over, and when it is due. */
@@ -149,7 +151,7 @@ class ContactPerception {
   void AddSamples(double time, const FilterInput& force,
                   const FilterInput& moment, State* state) const noexcept;
 
-  /** Omega_f and Omega_tau as the filters last found them. */
+  /** As the filters last found them. */
   ContactSelections GetSelections(const State& state) const noexcept;
 
  private:

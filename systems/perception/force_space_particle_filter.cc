@@ -340,6 +340,15 @@ void ForceSpaceParticleFilter::CalcSpaces(State* state) const noexcept {
   }
   state->motion_selection =
       Eigen::Matrix3d::Identity() - state->force_selection;
+  state->contact_normals.setZero();
+  if (params_.likelihood == Likelihood::kPaper) {
+    const int known = std::min(state->dimension, 2);
+    state->contact_normals.leftCols(known) = U.leftCols(known);
+  } else {
+    for (int i = 0; i < state->dimension; ++i) {
+      state->contact_normals.col(i) = state->tracker.contacts[i].normal;
+    }
+  }
 }
 
 }  // namespace dual_proxy

@@ -165,6 +165,10 @@ struct ForceSpaceParticleFilterState {
   contacts of Likelihood::kFrictionCone U1 is the normal of the one that is
   pushed hardest, and U3 the axis of free motion at dimension 2. */
   Eigen::Matrix3d singular_vectors{Eigen::Matrix3d::Identity()};
+  /** Normals INTO the surfaces, unit vectors in B, as columns: of the contacts
+  of Likelihood::kFrictionCone, else U1 and U2; beyond the dimension zero, and a
+  third of Likelihood::kPaper, whose sign is not known. */
+  Eigen::Matrix3d contact_normals{Eigen::Matrix3d::Zero()};
 
   /** Expected normals, unit vectors in B; the first `num_priors` columns. */
   Eigen::Matrix<double, 3, 8> prior{Eigen::Matrix<double, 3, 8>::Zero()};

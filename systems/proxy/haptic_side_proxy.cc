@@ -5,6 +5,7 @@
 
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/common/validate.h"
+#include "dual_proxy/proxy/unilateral.h"
 
 namespace dual_proxy {
 namespace {
@@ -18,6 +19,12 @@ VirtualSpringParams ForceSpring(const HapticSideProxyParams& params) {
   spring.rate = params.force_rate;
   spring.handover = Handover::kPrinted;
   spring.period = params.period;
+  return spring;
+}
+
+VirtualSpringParams LostForceSpring(const HapticSideProxyParams& params) {
+  VirtualSpringParams spring = ForceSpring(params);
+  spring.rate = params.lost_force_rate;
   return spring;
 }
 
@@ -45,6 +52,7 @@ HapticSideProxy::HapticSideProxy(HapticSideProxyParams params)
       map_(params_.map),
       monitor_(params_.link),
       force_spring_(ForceSpring(params_)),
+      lost_force_spring_(LostForceSpring(params_)),
       moment_spring_(MomentSpring(params_)) {}
 
 void HapticSideProxy::Update(double time, const HapticSideProxyInput& input,
@@ -56,6 +64,15 @@ void HapticSideProxy::Update(double time, const HapticSideProxyInput& input,
     output.proxy_pose = map_.HapticProxy(message.pose.p, message.pose.R);
     output.force_selection = map_.HapticSelection(message.force_selection);
     output.moment_selection = map_.HapticSelection(message.moment_selection);
+    if (params_.unilateral) {
+      output.contact_normals = params_.map.R_DB * message.contact_normals;
+    }
+  }
+  const bool lost = state->link.status == LinkStatus::kLost;
+  if (lost) {
+    output.force_selection.setZero();
+    output.moment_selection.setZero();
+    output.contact_normals.setZero();
   }
   output.link_status = state->link.status;
   output.link_age = state->link.age;
@@ -74,8 +91,10 @@ void HapticSideProxy::Update(double time, const HapticSideProxyInput& input,
   }
 
   const bool active = valid && state->link.status == LinkStatus::kConnected;
-  force_spring_.Update(dx, output.force_selection, nullptr, active,
-                       &state->force);
+  const Eigen::Vector3d stretch = output.force_selection * dx;
+  const VirtualSpring& spring = lost ? lost_force_spring_ : force_spring_;
+  spring.Update(-RemovePull(-stretch, output.contact_normals),
+                output.force_selection, nullptr, active, &state->force);
   moment_spring_.Update(dphi, output.moment_selection, nullptr, active,
                         &state->moment);
   output.reference_force = state->force.reference;

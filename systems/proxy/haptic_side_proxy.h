@@ -29,6 +29,12 @@ struct HapticSideProxyParams {
   /// the Omega.7.
   double max_moment{0.0};
   double force_rate{20.0};  ///< Bound on the change of F_h, N/s, > 0.
+  /// Likewise while F_h goes to zero because the link is lost, N/s, > 0: 12 N
+  /// are gone in 0.1 s.
+  double lost_force_rate{120.0};
+  /// Whether F_h never pulls the hand into a surface; eq. (5) as printed does,
+  /// for up to two delays after the hand has lifted.
+  bool unilateral{true};
   double moment_rate{1.0};  ///< Bound on the change of M_h, N m/s, > 0.
   double period{0.001};     ///< Time between two calls of Update(), s, > 0.
 
@@ -52,6 +58,11 @@ struct HapticSideProxyParams {
                    "bound on |M_h|; 0: moments off"));
     a->Visit(Field("force_rate", &force_rate, Above(0), "N/s",
                    "bound on the change of F_h"));
+    a->Visit(Field("lost_force_rate", &lost_force_rate, Above(0), "N/s",
+                   "likewise, while it goes to zero without a link"));
+    a->Visit(Field("unilateral", &unilateral,
+                   "true: F_h never pulls the hand into a surface; false: "
+                   "eq. (5) as printed"));
     a->Visit(Field("moment_rate", &moment_rate, Above(0), "N m/s",
                    "bound on the change of M_h"));
     a->Visit(Field("period", &period, Above(0), "s", "between updates"));
@@ -70,9 +81,12 @@ struct HapticSideProxyOutput {
   /// M_h, N m: the moment on the hand.
   Eigen::Vector3d reference_moment{Eigen::Vector3d::Zero()};
   Pose proxy_pose;  ///< The haptic proxy x_ph, R_ph.
-  /// Omega_fh and Omega_tauh, of the message in use.
+  /// Omega_fh and Omega_tauh, of the message in use; zero without a link.
   Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
   Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
+  /// Unit vectors as columns, or zero: into the surfaces into which nothing is
+  /// to pull the hand.
+  Eigen::Matrix3d contact_normals{Eigen::Matrix3d::Zero()};
   LinkStatus link_status{LinkStatus::kWaiting};
   double link_age{0};  ///< Now minus the send time of the message in use, s.
 };
@@ -92,9 +106,12 @@ robot's delayed poses and selections, eq. (5), spec section 4.
     F_h = -k_vir_h Ω_fh (x_h - x_ph)
 
 and alike for moments, by a VirtualSpring: saturated, rate-limited, never
-stepping; zero in motion space once it has settled. Before the first message
-F_h is zero and the haptic proxy is the handle's pose. When the link is lost F_h
-fades to zero at the rate limit; when it is back F_h grows from there.
+stepping; zero in motion space once it has settled. If it is unilateral, what of
+F_h would pull the hand along a contact's normal, into the surface, is left out
+(RemovePull()). Before the first message F_h is zero and the haptic proxy is the
+handle's pose. When the link is lost F_h goes to zero at a rate of its own, and
+the selections, by which the device is damped, are zero; when it is back F_h
+grows from there.
 
 A tick whose time or handle pose is not valid is refused and counted: F_h fades
 as if the link were lost. */
@@ -121,6 +138,7 @@ class HapticSideProxy {
   WorkspaceMap map_;
   LinkMonitor monitor_;
   VirtualSpring force_spring_;
+  VirtualSpring lost_force_spring_;
   VirtualSpring moment_spring_;
 };
 

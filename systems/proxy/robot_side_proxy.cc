@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/proxy/robot_side_proxy.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "dual_proxy/common/rotation.h"
@@ -33,6 +34,11 @@ VirtualSpringParams MomentSpring(const RobotSideProxyParams& params) {
 /** s: for how long at most the proxy catches up, and m, m/s, rad, rad/s: where
 it has. */
 constexpr double kCatchUpTime = 2;
+constexpr double kRecoveryTime = 10;
+double CatchUpTime(const RobotSideProxyState& state) {
+  return state.recovering ? kRecoveryTime : kCatchUpTime;
+}
+
 constexpr double kMet = 1e-3;
 constexpr double kMetSpeed = 0.01;
 constexpr double kMetAngle = 0.01;
@@ -42,6 +48,12 @@ TrajectoryLimiterParams CatchUpLimits(const RobotSideProxyParams& params) {
   TrajectoryLimiterParams limits = params.limiter;
   limits.max_acceleration *= params.catch_up_share;
   limits.max_angular_acceleration *= params.catch_up_share;
+  return limits;
+}
+
+TrajectoryLimiterParams RecoveryLimits(const RobotSideProxyParams& params) {
+  TrajectoryLimiterParams limits = CatchUpLimits(params);
+  limits.max_velocity = std::min(limits.max_velocity, params.recovery_speed);
   return limits;
 }
 
@@ -76,6 +88,7 @@ RobotSideProxy::RobotSideProxy(RobotSideProxyParams params)
       interpolator_(params_.interpolator),
       limiter_(params_.limiter),
       catch_up_limiter_(CatchUpLimits(params_)),
+      recovery_limiter_(RecoveryLimits(params_)),
       monitor_(params_.link),
       force_spring_(ForceSpring(params_)),
       moment_spring_(MomentSpring(params_)) {}
@@ -98,16 +111,23 @@ void RobotSideProxy::MoveProxy(double time, const Eigen::Vector3d& p_BE,
       target.velocity.head<3>().setZero();
     }
     TrajectoryLimiterState& limiter = state->limiter;
-    if (state->catch_up_time < kCatchUpTime) {
-      catch_up_limiter_.Update(target.pose, target.velocity, &limiter);
+    if (state->catch_up_time < CatchUpTime(*state)) {
+      if (!state->recovering) {
+        catch_up_limiter_.Update(target.pose, target.velocity, &limiter);
+      } else if (limiter.v.cwiseAbs().maxCoeff() > params_.recovery_speed) {
+        limiter_.Stop(&limiter);  // It has not braked yet.
+      } else {
+        recovery_limiter_.Update(target.pose, target.velocity, &limiter);
+      }
       state->catch_up_time += params_.period;
-      if (HasMet(target, limiter)) state->catch_up_time = kCatchUpTime;
+      if (HasMet(target, limiter)) state->catch_up_time = CatchUpTime(*state);
     } else {
       limiter_.Update(target.pose, target.velocity, &limiter);
     }
   } else {
     limiter_.Stop(&state->limiter);
     state->catch_up_time = 0;
+    state->recovering = state->link.losses > 0;
   }
   RobotSideProxyOutput& output = state->output;
   output.proxy_pose = state->limiter.pose;

@@ -37,7 +37,7 @@ struct RobotSideProxyParams {
   double moment_rate{10.0};  ///< Bound on the change of M_r, N m/s, > 0.
   /// Bound on |dx_m|, m, >= 0; 0 is none. It bounds the force with which the
   /// robot meets a surface that the filter has not found yet.
-  double max_motion_error{0.012};
+  double max_motion_error{0.02};
   /// How far proxy and robot may part, m, (0, 0.25]: where the robot can not
   /// follow, the proxy waits; a robot that leaves its proxy in force space is
   /// held by F_r, which max_force then bounds no more.
@@ -45,6 +45,10 @@ struct RobotSideProxyParams {
   /// (0, 1]: share of the limiter's accelerations that the proxy uses until it
   /// has met the device's poses, when these come for the first time or again.
   double catch_up_share{1.0};
+  /// Bound on the proxy's speed from when a lost link is back until the proxy
+  /// has met the device's poses, m/s, > 0: meanwhile the hand may have gone
+  /// deep into a surface that the robot has let go.
+  double recovery_speed{0.06};
   /// How F_r and M_r start in a new direction.
   Handover handover{Handover::kBumpless};
   double period{0.001};  ///< Time between two calls of Update(), s, > 0.
@@ -82,6 +86,9 @@ struct RobotSideProxyParams {
     a->Visit(Field("catch_up_share", &catch_up_share, Between(Open(0), 1), "",
                    "share of the limiter's accelerations until the proxy has "
                    "met the device's poses"));
+    a->Visit(Field("recovery_speed", &recovery_speed, Above(0), "m/s",
+                   "of the proxy, from when a lost link is back until it has "
+                   "met the device's poses; no more than the limiter's"));
     VisitEnum(a, "RobotSideProxyParams", "handover", &handover,
               "how the forces start in a new direction: from the sensed force, "
               "or from where they are");
@@ -131,6 +138,8 @@ struct RobotSideProxyState {
   /// How long the proxy has been catching up with the device's poses, s, up to
   /// 2; that, once it has met them.
   double catch_up_time{0};
+  /// Whether that is after a loss, no faster than recovery_speed.
+  bool recovering{false};
   PoseInterpolatorState interpolator;  ///< Of the mapped device poses, in B.
   LinkMonitorState link;
   TrajectoryLimiterState limiter;
@@ -160,7 +169,9 @@ The link:
   out to the robot along it: dx_m does not press again. Status kLost.
 - When messages come, for the first time or again, the proxy goes to them
   through the limiter, until it has met them (or for 2 s) with catch_up_share of
-  its accelerations, and F_r follows at its rate limit: no jump.
+  its accelerations, and F_r follows at its rate limit: no jump. Again after a
+  loss it is also no faster than recovery_speed until it has met them (or for
+  10 s).
 
 While the sensor is not ready the robot holds its place, as without a link.
 
@@ -199,6 +210,7 @@ class RobotSideProxy {
   PoseInterpolator interpolator_;
   TrajectoryLimiter limiter_;
   TrajectoryLimiter catch_up_limiter_;
+  TrajectoryLimiter recovery_limiter_;
   LinkMonitor monitor_;
   VirtualSpring force_spring_;
   VirtualSpring moment_spring_;

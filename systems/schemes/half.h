@@ -37,6 +37,8 @@ struct RobotHalfInput {
   /** Omega_f and Omega_tau, projections: what perception has found. */
   Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
   Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
+  /** Unit vectors INTO the surfaces as columns; zero: none, or not known. */
+  Eigen::Matrix3d contact_normals{Eigen::Matrix3d::Zero()};
   /** [F_s; M_s about E], N, N m: of the robot on its environment. */
   Vector6 sensed_wrench{Vector6::Zero()};
   /** Whether the force sensor can be relied on; without it the robot is to hold
@@ -100,6 +102,9 @@ struct HapticSetpoint {
   /** Omega_fh: where the device is damped. */
   Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
   Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
+  /** Unit vectors as columns, or zero: into surfaces, where the device is never
+  to pull the hand. */
+  Eigen::Matrix3d contact_normals{Eigen::Matrix3d::Zero()};
 };
 
 /** One period's results of a haptic half. */

@@ -62,9 +62,10 @@ void HapticSide::Update(double time, const HapticSideInput& input,
                 .device_wrench = output.device_wrench},
                &state->half);
   const HapticSetpoint& setpoint = state->half.output().setpoint;
-  output.device_wrench = controller_.Update(
-      setpoint.reference_force, setpoint.reference_moment,
-      input.device_velocity, setpoint.force_selection, &state->controller);
+  output.device_wrench =
+      controller_.Update(setpoint.reference_force, setpoint.reference_moment,
+                         input.device_velocity, setpoint.force_selection,
+                         setpoint.contact_normals, &state->controller);
   if (state->half.output().bad_inputs != refused_by_half ||
       state->controller.bad_inputs != refused_by_controller) {
     ++output.bad_inputs;

@@ -175,6 +175,7 @@ void RobotSide<Robot>::Update(double time, const Input& input,
                 .v_BE = output.v_BE,
                 .force_selection = output.selections.force,
                 .moment_selection = output.selections.moment,
+                .contact_normals = output.selections.normals,
                 .sensed_wrench = input.sensed_wrench,
                 .sensor_ready = input.sensor_ready},
                &state->half);

@@ -34,6 +34,12 @@ FULL = {
             dp.SurfaceParams(name="b", stiffness=300.0),
         ]
     ),
+    _core.CommunicationChannelParams: lambda: dp.CommunicationChannelParams(
+        outages=[[1, 2], [4, 5.5]]
+    ),
+    _core.LinkParams: lambda: dp.LinkParams(
+        channel=dp.CommunicationChannelParams(outages=[[1, 2], [4, 5.5]])
+    ),
     _core.OperatorParams: lambda: dp.OperatorParams(
         waypoints=[dp.Waypoint(), dp.Waypoint(time=2.0)]
     ),
@@ -159,6 +165,10 @@ def test_an_element_cannot_be_changed_without_a_word(params):
             assert value
             with pytest.raises(TypeError):
                 value[0] = copy.copy(value[0])
+            if isinstance(value[0], np.ndarray):
+                with pytest.raises(ValueError, match="read-only"):
+                    value[0][...] = 1.0
+                continue
             for field in type(value[0]).fields:
                 with pytest.raises(AttributeError, match=f"`{field}` cannot be set"):
                     setattr(value[0], field, getattr(value[0], field))

@@ -157,7 +157,7 @@ TEST(ScenarioTest, NothingWrittenKeepsTheDefaults) {
   EXPECT_EQ(dut.link.delay(), 0.0);
   EXPECT_EQ(dut.map.scale, 2.5);
   EXPECT_EQ(dut.filter.num_particles, 1000);
-  EXPECT_EQ(dut.robot_proxy.max_motion_error, 0.012);
+  EXPECT_EQ(dut.robot_proxy.max_motion_error, 0.02);
   EXPECT_EQ(dut.controller.position_stiffness, 500.0);
   EXPECT_EQ(dut.operator_params.press_depth, 0.04);
 }
@@ -210,14 +210,15 @@ TEST(ScenarioTest, PresetsWinOverWhatIsWrittenAndOverridesOverPresets) {
   tree["law"] = "printed";
   tree["controller.position_stiffness"] = "300";
   tree["controller.position_damping"] = "30";
-  tree["controller.force_gain"] = "2";
+  tree["controller.force_integral_gain"] = "2";
   tree["overrides.controller.position_damping"] = "25";
   tree["overrides.controller.passivity"] = "true";
   tree["overrides.robot_proxy.handover"] = "bumpless";
   const Scenario dut = ReadTree(tree);
   EXPECT_EQ(dut.controller.position_stiffness, 100.0);
   EXPECT_EQ(dut.controller.position_damping, 25.0);
-  EXPECT_EQ(dut.controller.force_gain, 2.0);
+  EXPECT_EQ(dut.controller.force_integral_gain, 2.0);
+  EXPECT_EQ(dut.controller.force_gain, 2.5);
   EXPECT_TRUE(dut.controller.passivity);
   EXPECT_FALSE(dut.controller.feed_forward);
   EXPECT_EQ(dut.robot_proxy.handover, Handover::kBumpless);
@@ -426,6 +427,7 @@ TEST(ScenarioTest, FieldsThatContradictEachOtherAreNamed) {
 TEST(ScenarioTest, PeriodsAtWhichTheLawIsNotStableAreRefused) {
   const auto error = [](double control_period, double time_step) {
     return ErrorAfter([=](Scenario* s) {
+      s->controller.force_gain = 2.5;
       s->control_period = control_period;
       s->scene.time_step = time_step;
     });
@@ -437,6 +439,7 @@ TEST(ScenarioTest, PeriodsAtWhichTheLawIsNotStableAreRefused) {
   EXPECT_EQ(error(2e-3, 2e-3), "no exception");
   EXPECT_EQ(error(4e-3, 1e-3), "no exception");
   EXPECT_EQ(ErrorAfter([](Scenario* s) {
+              s->controller.force_gain = 2.5;
               s->controller.max_proportional_force = 0;
               s->control_period = 3e-3;
             }),
@@ -449,6 +452,7 @@ TEST(ScenarioTest, PeriodsAtWhichTheLawIsNotStableAreRefused) {
             "scene.time_step 0.001 s, as force control (controller.force_gain "
             "2.5) swings on a contact of 30000 N/m, got 0.005");
   EXPECT_EQ(ErrorAfter([](Scenario* s) {
+              s->controller.force_gain = 2.5;
               s->scene.surfaces = {{.name = "steel", .stiffness = 1e6}};
               s->control_period = 4e-3;
             }),
@@ -468,7 +472,7 @@ TEST(ScenarioTest, PeriodsAtWhichTheLawIsNotStableAreRefused) {
               s->controller.position_damping = 500;
               s->control_period = 8e-3;
             }),
-            "tiny.control_period: expected at most 0.004 s with "
+            "tiny.control_period: expected at most 0.005 s with "
             "scene.time_step 0.001 s, as motion control "
             "(controller.position_damping 500) swings, got 0.008");
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <limits>
+#include <string_view>
 
 #include "dual_proxy/faces/block.h"
 
@@ -20,8 +21,12 @@ class ExampleInputs final : public InputPorts {
  private:
   using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-  const double* VisitVector(const PortText&, int, Need need) override {
-    return connected_ || need == Need::kRequired ? values_.data() : nullptr;
+  const double* VisitVector(const PortText& port, int, Need need) override {
+    if (!connected_ && need != Need::kRequired) return nullptr;
+    // Normals are of length one, or none.
+    static constexpr std::array<double, 9> kNone{};
+    return std::string_view(port.name) == "contact_normals" ? kNone.data()
+                                                            : values_.data();
   }
   bool VisitPose(const PortText&, Pose* value) override {
     value->p.setConstant(values_[0]);

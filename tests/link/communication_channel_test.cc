@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -234,6 +235,32 @@ TEST(CommunicationChannelParamsTest, InvalidParametersAreNamed) {
   EXPECT_EQ(message(Params(0.0, 0.0, 1.0001)),
             "CommunicationChannelParams: field `loss` expected a number in "
             "[0, 1], got 1.0001");
+}
+
+TEST(CommunicationChannelTest, OutagesLoseWhatIsSentInThemAndNothingElse) {
+  CommunicationChannelParams params = Params(0.05, 0.01, 0.2);
+  const CommunicationChannel without(params);
+  params.outages = {{1, 1.5}, {3, 4}};
+  const CommunicationChannel with(params);
+  State state = without.MakeState(4);
+  auto expected = Transmit(without, &state, 300);
+  std::erase_if(expected, [](const auto& received) {
+    const double sent = 0.02 * static_cast<double>(received.first);
+    return (sent >= 1 && sent < 1.5) || (sent >= 3 && sent < 4);
+  });
+  state = with.MakeState(4);
+  EXPECT_EQ(Transmit(with, &state, 300), expected);
+  EXPECT_GT(state.lost, 75);
+}
+
+TEST(CommunicationChannelParamsTest, AnOutageEndsAfterItsStart) {
+  CommunicationChannelParams params;
+  params.outages = {{1, 2}, {5, 5}};
+  EXPECT_EQ(ValidationError(params),
+            "CommunicationChannelParams: field `outages` expected a finite "
+            "value > its start = 5, got 5");
+  params.outages = {{-1, 2}};
+  EXPECT_NE(ValidationError(params).find(">= 0"), std::string::npos);
 }
 
 TEST(CommunicationChannelTest, ADeadLinkDeliversNothing) {

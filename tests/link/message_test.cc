@@ -52,6 +52,7 @@ TEST(MessageTest, ContentComesBackAsItWas) {
   pose.pose.R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   pose.force_selection(2, 2) = 1;
   pose.moment_selection(0, 0) = 1;
+  pose.contact_normals(2, 1) = -1;
   const Message message = ToMessage(pose);
   EXPECT_EQ(message.tag, PoseMessage::kTag);
   EXPECT_EQ(message.size, PoseMessage::kSize);
@@ -62,6 +63,7 @@ TEST(MessageTest, ContentComesBackAsItWas) {
   EXPECT_EQ(back.pose.R, pose.pose.R);
   EXPECT_EQ(back.force_selection, pose.force_selection);
   EXPECT_EQ(back.moment_selection, pose.moment_selection);
+  EXPECT_EQ(back.contact_normals, pose.contact_normals);
 
   const ForceMessage force{.sequence = 3, .send_time = 1, .force = {1, 2, 3}};
   const auto felt = FromMessage<ForceMessage>(ToMessage(force));
@@ -85,6 +87,14 @@ TEST(MessageTest, ContentOfAnotherKindIsNotValid) {
   EXPECT_FALSE(IsValid(FromMessage<PoseMessage>(cut)));
   // What has not come yet is of no kind, and no mistake.
   EXPECT_TRUE(IsValid(FromMessage<ForceMessage>(Message{})));
+}
+
+TEST(MessageTest, NormalsAreUnitVectorsOrNone) {
+  PoseMessage pose{.sequence = 7, .pose = {}};
+  pose.contact_normals.col(1) << 0.6, 0, -0.8;
+  EXPECT_TRUE(IsValid(pose));
+  pose.contact_normals.col(0) << 1, 0.1, 0;
+  EXPECT_FALSE(IsValid(pose));
 }
 
 TEST(MessageTest, SizeBeyondTheBodyIsNotFinite) {

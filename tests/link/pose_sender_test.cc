@@ -18,7 +18,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-const Matrix3d kNone = Matrix3d::Zero();
 
 PoseSenderParams Params(double rate, bool average) {
   PoseSenderParams params;
@@ -37,8 +36,8 @@ TEST_F(PoseSenderTest, FirstMessageGoesOutWithTheFirstSample) {
   EXPECT_EQ(state_.message.sequence, -1);
   Pose pose;
   pose.p = Vector3d(1, 2, 3);
-  const PoseMessage& message =
-      dut_.Update(7.5, pose, Matrix3d::Identity(), kNone, &state_);
+  const PoseMessage& message = dut_.Update(
+      7.5, {.pose = pose, .force_selection = Matrix3d::Identity()}, &state_);
   EXPECT_EQ(message.sequence, 0);
   EXPECT_EQ(message.send_time, 7.5);
   EXPECT_EQ(message.pose.p, pose.p);
@@ -53,7 +52,10 @@ TEST_F(PoseSenderTest, SendsTheMeanOfTheSamplesSinceTheLastMessage) {
     pose.p.x() = i;
     pose.R = ExpRotation(Vector3d(0, 0, 0.01 * i));
     const Matrix3d latest = (i == 20 ? 1.0 : 0.0) * Matrix3d::Identity();
-    dut_.Update(0.001 * i, pose, latest, latest, &state_);
+    dut_.Update(
+        0.001 * i,
+        {.pose = pose, .force_selection = latest, .moment_selection = latest},
+        &state_);
     EXPECT_EQ(state_.message.sequence, i < 20 ? 0 : 1) << i;
   }
   EXPECT_DOUBLE_EQ(state_.message.pose.p.x(), 10.5);
@@ -69,7 +71,7 @@ TEST_F(PoseSenderTest, WithoutAveragingSendsTheNewestSample) {
   for (int i = 0; i <= 20; ++i) {
     Pose pose;
     pose.p.x() = i;
-    dut.Update(0.001 * i, pose, kNone, kNone, &state_);
+    dut.Update(0.001 * i, {.pose = pose}, &state_);
   }
   EXPECT_EQ(state_.message.sequence, 1);
   EXPECT_EQ(state_.message.pose.p.x(), 20.0);
@@ -84,7 +86,7 @@ TEST_F(PoseSenderTest, KeepsItsRateWithoutDrift) {
     int last = 0;
     for (int i = 0; i < 10'000; ++i) {
       const auto before = state.message.sequence;
-      dut.Update(start + 0.001 * i, Pose{}, kNone, kNone, &state);
+      dut.Update(start + 0.001 * i, {}, &state);
       if (state.message.sequence == before) continue;
       ASSERT_TRUE(i == 0 || i - last == 33 || i - last == 34) << i - last;
       last = i;
@@ -96,17 +98,17 @@ TEST_F(PoseSenderTest, KeepsItsRateWithoutDrift) {
 TEST_F(PoseSenderTest, SendsEveryTickAtTheControlRate) {
   const PoseSender dut(Params(1000.0, true));
   for (int i = 0; i < 1000; ++i) {
-    dut.Update(0.001 * i, Pose{}, kNone, kNone, &state_);
+    dut.Update(0.001 * i, {}, &state_);
     ASSERT_EQ(state_.message.sequence, i);
   }
 }
 
 TEST_F(PoseSenderTest, APauseIsNotMadeUpForByABurst) {
-  dut_.Update(0.0, Pose{}, kNone, kNone, &state_);
-  dut_.Update(10.0, Pose{}, kNone, kNone, &state_);
+  dut_.Update(0.0, {}, &state_);
+  dut_.Update(10.0, {}, &state_);
   EXPECT_EQ(state_.message.sequence, 1);
   for (int i = 1; i < 20; ++i) {
-    dut_.Update(10.0 + 0.001 * i, Pose{}, kNone, kNone, &state_);
+    dut_.Update(10.0 + 0.001 * i, {}, &state_);
     ASSERT_EQ(state_.message.sequence, 1) << i;
   }
 }
@@ -115,7 +117,7 @@ TEST_F(PoseSenderTest, BadSamplesAreLeftOutAndCounted) {
   for (int i = 0; i <= 20; ++i) {
     Pose pose;
     pose.p.x() = i % 2 == 0 ? 3.0 : kNan;
-    dut_.Update(0.001 * i, pose, kNone, kNone, &state_);
+    dut_.Update(0.001 * i, {.pose = pose}, &state_);
   }
   EXPECT_EQ(state_.message.sequence, 1);
   EXPECT_DOUBLE_EQ(state_.message.pose.p.x(), 3.0);
@@ -123,26 +125,27 @@ TEST_F(PoseSenderTest, BadSamplesAreLeftOutAndCounted) {
 }
 
 TEST_F(PoseSenderTest, WithNothingButBadSamplesItIsSilent) {
-  dut_.Update(0.0, Pose{}, kNone, kNone, &state_);
+  dut_.Update(0.0, {}, &state_);
   for (int i = 1; i <= 100; ++i) {
-    dut_.Update(0.001 * i, Pose{}, Matrix3d::Constant(kNan), kNone, &state_);
+    dut_.Update(0.001 * i, {.force_selection = Matrix3d::Constant(kNan)},
+                &state_);
   }
   EXPECT_EQ(state_.message.sequence, 0);
   EXPECT_EQ(state_.bad_inputs, 100);
-  dut_.Update(kNan, Pose{}, kNone, kNone, &state_);
+  dut_.Update(kNan, {}, &state_);
   EXPECT_EQ(state_.bad_inputs, 101);
 }
 
 TEST_F(PoseSenderTest, RandomMeansAreRotationsWithinTheSpreadOfTheSamples) {
   RandomStream random(3);
-  dut_.Update(0.0, Pose{}, kNone, kNone, &state_);
+  dut_.Update(0.0, {}, &state_);
   for (int k = 0; k < 200; ++k) {
     const Matrix3d center = ExpRotation(
         2.0 * Vector3d(random.Normal(), random.Normal(), random.Normal()));
     for (int i = 0; i < 20; ++i) {
       Pose pose;
       pose.R = center * ExpRotation(Vector3d::Constant(0.2 * random.Uniform()));
-      dut_.Update(0.001 * (20 * k + i + 1), pose, kNone, kNone, &state_);
+      dut_.Update(0.001 * (20 * k + i + 1), {.pose = pose}, &state_);
     }
     const Matrix3d& R = state_.message.pose.R;
     ASSERT_TRUE((R * R.transpose()).isIdentity(1e-12)) << k;
@@ -155,12 +158,12 @@ TEST_F(PoseSenderTest, ACopiedStateGoesOnAlike) {
   for (int i = 0; i < 7; ++i) {
     Pose pose;
     pose.p.x() = 0.3 * i;
-    dut_.Update(0.001 * i, pose, kNone, kNone, &state_);
+    dut_.Update(0.001 * i, {.pose = pose}, &state_);
   }
   PoseSenderState copy = state_;
   for (int i = 7; i <= 20; ++i) {
-    dut_.Update(0.001 * i, Pose{}, kNone, kNone, &state_);
-    dut_.Update(0.001 * i, Pose{}, kNone, kNone, &copy);
+    dut_.Update(0.001 * i, {}, &state_);
+    dut_.Update(0.001 * i, {}, &copy);
   }
   EXPECT_EQ(copy.message.sequence, state_.message.sequence);
   EXPECT_EQ(copy.message.pose.p, state_.message.pose.p);
@@ -170,7 +173,7 @@ TEST_F(PoseSenderTest, ACopiedStateGoesOnAlike) {
 TEST_F(PoseSenderTest, DoesNotAllocate) {
   ScopedNoAlloc guard;
   for (int i = 0; i < 100; ++i) {
-    dut_.Update(0.001 * i, Pose{}, kNone, kNone, &state_);
+    dut_.Update(0.001 * i, {}, &state_);
   }
   EXPECT_EQ(guard.count(), 0);
 }

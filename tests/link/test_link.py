@@ -167,13 +167,13 @@ def test_a_message_of_any_kind_keeps_its_numbers():
     message = dp.Message()
     assert (message.tag, message.sequence, message.body.size) == (0, -1, 0)
     message.tag, message.sequence, message.send_time = 7, 3, 0.25
-    message.body = np.arange(32.0)
+    message.body = np.arange(40.0)
     for other in (copy.deepcopy(message), pickle.loads(pickle.dumps(message))):
         assert (other.tag, other.sequence, other.send_time) == (7, 3, 0.25)
-        np.testing.assert_array_equal(other.body, np.arange(32.0))
+        np.testing.assert_array_equal(other.body, np.arange(40.0))
     assert message.describe() == "a message with tag 7"
-    with pytest.raises(ValueError, match=r"body: expected shape \(n,\), n <= 32"):
-        message.body = np.zeros(33)
+    with pytest.raises(ValueError, match=r"body: expected shape \(n,\), n <= 40"):
+        message.body = np.zeros(41)
     # Of another kind: no receiver takes it for valid.
     assert not dp.PoseMessage.from_message(message).is_valid()
 
@@ -224,7 +224,10 @@ def test_params_out_of_range_name_the_field(params, field, value):
     ("cls", "fields"),
     [
         (dp.PoseSenderParams, ["rate", "average", "period"]),
-        (dp.CommunicationChannelParams, ["delay", "jitter", "loss", "reordering"]),
+        (
+            dp.CommunicationChannelParams,
+            ["delay", "jitter", "loss", "reordering", "outages"],
+        ),
         (dp.LinkMonitorParams, ["timeout", "max_age", "spike_threshold"]),
     ],
 )

@@ -175,7 +175,8 @@ std::set<std::string> Names(const std::vector<SignalSlice>& layout) {
 }
 
 TEST(RobotSignalsTest, APointHasNoRotationsAndNoJoints) {
-  const auto point = Names(TeleopLoop<PointMass>({}).layout());
+  const TeleopLoopParams<PointMass> defaults;
+  const auto point = Names(TeleopLoop<PointMass>(defaults).layout());
   TeleopLoopParams<SerialArm<7>> params;
   params.model = MakeTestArm();
   const auto arm = Names(TeleopLoop<SerialArm<7>>(params).layout());
@@ -196,7 +197,7 @@ TEST(RobotSignalsTest, APointHasNoRotationsAndNoJoints) {
 TEST(RobotParamsTest, APointHasNoAngularFilter) {
   TeleopLoopParams<PointMass> params;
   params.robot.perception.angular_filter.enabled = true;
-  EXPECT_THROW(TeleopLoop<PointMass>{params}, std::invalid_argument);
+  EXPECT_THROW(params.Validate(), std::invalid_argument);
 }
 
 }  // namespace

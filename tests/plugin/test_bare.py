@@ -55,7 +55,8 @@ def test_runs_agree(runs):
     pressed = bare.loc[PRESSED], drake.loc[PRESSED]
     means = [signal(log, "contact_force").mean(axis=0) for log in pressed]
     assert means[1][2] < -3.0
-    np.testing.assert_allclose(*means, rtol=0, atol=0.5 if swings else 0.1)
+    # Where friction holds the tool is where it happened to come to rest.
+    np.testing.assert_allclose(*means, rtol=0, atol=0.5 if swings else 0.25)
     for log in pressed:
         assert (log["contact_dimension"] == 1).mean() > (0.8 if swings else 0.99)
         normal = signal(log, "contact_normal")[log["contact_dimension"] == 1]

@@ -169,8 +169,10 @@ def test_a_lost_link_lets_go():
     assert np.abs(signal(end, "haptic_reference_force")).max() < 1e-9
     assert np.abs(signal(end, "reference_force")).max() < 1e-9
     assert end["contact_force_z"].min() > -2.0
-    # Neither reference stepped on the way: 50 and 20 N/s.
-    for name, rate in (("reference_force", 50.0), ("haptic_reference_force", 20.0)):
+    # Nor is what damps it in contact there.
+    assert np.abs(signal(end, "device_force")).max() == 0
+    # Neither reference stepped on the way: 50 N/s, and without a link 120.
+    for name, rate in (("reference_force", 50.0), ("haptic_reference_force", 120.0)):
         steps = np.diff(signal(log.loc[6.0:], name), axis=0)
         assert np.linalg.norm(steps, axis=1).max() <= rate * 1e-3 + 1e-9
 

@@ -143,8 +143,8 @@ def test_loading_and_overriding_leave_the_original_alone(plane):
     ):
         assert type(twin) is Scenario
         assert twin == plane
-        twin.controller.force_gain = 1.0
-        assert plane.controller.force_gain == 2.5
+        twin.controller.force_gain = 2.5
+        assert plane.controller.force_gain == 1.0
 
 
 def test_shared_values_are_written_once(plane):

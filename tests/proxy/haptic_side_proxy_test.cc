@@ -20,7 +20,8 @@ using Eigen::Vector3d;
 
 constexpr double kPeriod = 0.001;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kForceStep = 0.02;  // 20 N/s x 1 ms.
+constexpr double kForceStep = 0.02;      // 20 N/s x 1 ms.
+constexpr double kLostForceStep = 0.12;  // 120 N/s x 1 ms.
 constexpr double kTolerance = 1e-12;
 
 class HapticSideProxyTest : public ::testing::Test {
@@ -45,8 +46,9 @@ class HapticSideProxyTest : public ::testing::Test {
     const Vector3d last = state_.output.reference_force;
     dut_.Update(time(), input_, &state_);
     ++tick_;
+    const bool lost = state_.output.link_status == LinkStatus::kLost;
     ASSERT_LE((state_.output.reference_force - last).norm(),
-              kForceStep + kTolerance);
+              (lost ? kLostForceStep : kForceStep) + kTolerance);
     ASSERT_LE(state_.output.reference_force.norm(), 12.0 + 1e-9);
   }
 
@@ -140,6 +142,48 @@ TEST_F(HapticSideProxyTest, FadesWhenTheLinkIsLostAndComesBackWithoutAStep) {
   Run(600);
   EXPECT_EQ(state_.output.link_status, LinkStatus::kConnected);
   EXPECT_NEAR(state_.output.reference_force.z(), 5.0, 1e-9);
+}
+
+TEST_F(HapticSideProxyTest, WithoutALinkTheHandIsFreeWithinATenthOfASecond) {
+  input_.message.force_selection.setIdentity();
+  input_.message.contact_normals.col(0) = -Vector3d::UnitZ();
+  input_.X_DH.p = Vector3d(0.0, 0.0, -0.03);
+  Run(1000);
+  ASSERT_NEAR(state_.output.reference_force.norm(), 12.0, 1e-9);
+  while (state_.output.link_status != LinkStatus::kLost) Silence(1);
+  Silence(100);
+  EXPECT_TRUE(state_.output.reference_force.isZero(0.0));
+  // Nor is it damped.
+  EXPECT_TRUE(state_.output.force_selection.isZero(0.0));
+  EXPECT_TRUE(state_.output.contact_normals.isZero(0.0));
+}
+
+// The robot presses along B's x, which is D's y; the hand has lifted and the
+// robot does not know it yet.
+TEST_F(HapticSideProxyTest, NeverPullsTheHandIntoASurface) {
+  input_.message.force_selection = Direction(Vector3d::UnitX());
+  input_.message.contact_normals.col(0) = Vector3d::UnitX();
+  input_.X_DH.p = Vector3d(0.0, 0.004, 0.0);
+  Run(1000);
+  EXPECT_NEAR(state_.output.reference_force.y(), -5.0, 1e-9);
+  input_.X_DH.p = Vector3d(0.0, -0.004, 0.0);
+  for (int i = 0; i < 1000; ++i) {
+    Run(1);
+    ASSERT_LE(state_.output.reference_force.y(), 0.0);
+  }
+  EXPECT_TRUE(state_.output.reference_force.isZero(1e-12));
+  EXPECT_TRUE(state_.output.contact_normals.col(0).isApprox(Vector3d::UnitY()));
+  // As printed it is pulled.
+  HapticSideProxyParams params = Params();
+  params.unilateral = false;
+  const HapticSideProxy printed(params);
+  state_ = printed.MakeState();
+  for (int i = 0; i < 1000; ++i) {
+    if (i % 20 == 0) Send();
+    printed.Update(time(), input_, &state_);
+    ++tick_;
+  }
+  EXPECT_NEAR(state_.output.reference_force.y(), 5.0, 1e-9);
 }
 
 TEST_F(HapticSideProxyTest, StaleReorderedAndBadMessagesAreNotFelt) {

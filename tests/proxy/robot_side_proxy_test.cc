@@ -62,7 +62,7 @@ class RobotSideProxyTest : public ::testing::Test {
     }
     ASSERT_LE(output.reference_force.norm(), 20.0 + kForceStep);
     ASSERT_LE(output.reference_moment.norm(), 2.0 + kMomentStep);
-    ASSERT_LE(output.motion_error.norm(), 0.012 + kTolerance);
+    ASSERT_LE(output.motion_error.norm(), 0.02 + kTolerance);
     // Without a link, a direction that leaves force space lets go of the proxy.
     const bool released = output.link_status != LinkStatus::kConnected &&
                           state_.force.selection != last_selection;
@@ -164,7 +164,7 @@ TEST_F(RobotSideProxyTest, RotationAlike) {
 
 TEST_F(RobotSideProxyTest, CapsTheMotionErrorAndZeroMeansNoCap) {
   Run(1000, {0.02, 0.0, 0.0});  // 50 mm.
-  EXPECT_NEAR(state_.output.motion_error.norm(), 0.012, 1e-12);
+  EXPECT_NEAR(state_.output.motion_error.norm(), 0.02, 1e-12);
   RobotSideProxyParams params = Params();
   params.max_motion_error = 0.0;
   const RobotSideProxy dut(params);
@@ -238,11 +238,26 @@ TEST_F(RobotSideProxyTest, RecoversThroughTheLimiterWithoutAJump) {
   ASSERT_EQ(state_.output.link_status, LinkStatus::kLost);
   // The hand has gone 100 mm (of the robot) meanwhile. Step() checks that
   // neither proxy nor force steps.
-  Run(2000, {0.04, 0.0, -0.004});
+  for (int i = 0; i < 1600; ++i) {
+    Run(1, {0.04, 0.0, -0.004});
+    ASSERT_LE(state_.output.proxy_velocity.norm(), 0.06 + 1e-9);
+  }
+  EXPECT_NEAR(state_.output.proxy_pose.p.x(), 0.5 + 0.06 * 1.6, 0.002);
+  Run(400, {0.04, 0.0, -0.004});
   EXPECT_EQ(state_.output.link_status, LinkStatus::kConnected);
   EXPECT_TRUE(
       state_.output.proxy_pose.p.isApprox(Vector3d(0.6, 0, 0.29), 1e-12));
   EXPECT_NEAR(state_.output.reference_force.z(), -5.0, 1e-9);
+}
+
+TEST_F(RobotSideProxyTest, IsAsFastAsBeforeOnceItHasCaughtUpAfterALoss) {
+  Run(500, Vector3d::Zero());
+  Silence(1000);
+  ASSERT_EQ(state_.output.link_status, LinkStatus::kLost);
+  Run(500, {0.004, 0.0, 0.0});
+  EXPECT_NEAR(state_.output.proxy_pose.p.x(), 0.51, 1e-9);
+  Run(100, {0.04, 0.0, 0.0});
+  EXPECT_NEAR(state_.output.proxy_velocity(0), 0.2, 1e-9);
 }
 
 TEST_F(RobotSideProxyTest, StaleAndReorderedMessagesAreDropped) {
@@ -442,8 +457,7 @@ TEST_F(RobotSideProxyTest, SeededChaosNeitherStepsNorBreaksALimit) {
         input_.force_selection = RandomSelection(&random);
         input_.moment_selection = RandomSelection(&random);
       }
-      sender.Update(time(), hand, Matrix3d::Zero(), Matrix3d::Zero(),
-                    &sender_state);
+      sender.Update(time(), {.pose = hand}, &sender_state);
       if (!silent) {
         channel.Send(time(), ToMessage(sender_state.message), &channel_state);
       }

@@ -77,7 +77,7 @@ class TextbookBench {
     device_wrench_ = device_controller_.Update(
         setpoint.reference_force, setpoint.reference_moment,
         haptic.device_velocity, setpoint.force_selection,
-        &device_controller_state_);
+        setpoint.contact_normals, &device_controller_state_);
     device_.Update({.p = params_.hand}, Eigen::Vector3d::Zero(), device_wrench_,
                    &device_state_);
     MoveMass(robot_state_.output.setpoint.reference_force);

@@ -70,7 +70,7 @@ TEST_F(HapticSideTest, SameAsItsParts) {
         state_.output.device_wrench,
         controller.Update(setpoint.reference_force, setpoint.reference_moment,
                           input.device_velocity, setpoint.force_selection,
-                          &controller_state));
+                          setpoint.contact_normals, &controller_state));
     EXPECT_EQ(state_.half.output().message.sequence,
               half_state.output().message.sequence);
     EXPECT_EQ(state_.half.output().message.body,

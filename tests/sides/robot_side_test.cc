@@ -76,6 +76,7 @@ TEST_F(RobotSideTest, SameAsItsParts) {
                  .v_BE = CalcTwist(input.model, input.v),
                  .force_selection = selections.force,
                  .moment_selection = selections.moment,
+                 .contact_normals = selections.normals,
                  .sensed_wrench = input.sensed_wrench},
                 &half_state);
     const RobotSetpoint& setpoint = half_state.output().setpoint;

@@ -122,6 +122,13 @@ def selection(t):
     return ALONG_Z.ravel() * (t > 0.1)
 
 
+def normals(t):
+    """Down, as the first column; zero before the contact."""
+    result = np.zeros((3, 3))
+    result[2, 0] = -float(t > 0.1)
+    return result.ravel()
+
+
 def no_selection(t):
     return np.zeros(9)
 
@@ -268,6 +275,7 @@ _MADE_AND_FED = {
             "reference_moment": wave(0.1, 0.1, 0.1),
             "device_velocity": wave(0.1, 0.0, 0.1, 0.0, 0.0, 0.0),
             "force_selection": selection,
+            "contact_normals": normals,
         },
     ),
     "PoseSender": (
@@ -276,6 +284,7 @@ _MADE_AND_FED = {
             "pose": robot_pose,
             "force_selection": selection,
             "moment_selection": no_selection,
+            "contact_normals": normals,
         },
     ),
     "WindowMean": (
@@ -308,6 +317,7 @@ _MADE_AND_FED = {
             "sensed_wrench": wrench,
             "force_selection": selection,
             "moment_selection": no_selection,
+            "contact_normals": normals,
             "sensor_ready": ready,
         },
     ),
@@ -326,6 +336,7 @@ _MADE_AND_FED = {
             "reaction": wrench,
             "force_selection": selection,
             "moment_selection": no_selection,
+            "contact_normals": normals,
             "tare": tare,
         },
     ),
@@ -337,6 +348,7 @@ _MADE_AND_FED = {
             "sensed_wrench": wrench,
             "force_selection": selection,
             "moment_selection": selection,
+            "contact_normals": normals,
             "sensor_ready": ready,
         },
     ),

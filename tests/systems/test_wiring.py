@@ -130,6 +130,7 @@ class Separate:
             connect(sensor, "ready", system, "sensor_ready")
         for system in (proxy, controller, sender):
             connect(particle_filter, "force_selection", system, "force_selection")
+        connect(particle_filter, "contact_normals", sender, "contact_normals")
         for name in (
             "motion_error",
             "rotation_error",
@@ -183,7 +184,12 @@ class Separate:
         connect(device, "device_pose", proxy, "device_pose")
         connect(device, "device_pose", sender, "pose")
         connect(device, "device_velocity", controller, "device_velocity")
-        for name in ("reference_force", "reference_moment", "force_selection"):
+        for name in (
+            "reference_force",
+            "reference_moment",
+            "force_selection",
+            "contact_normals",
+        ):
             connect(proxy, name, controller, name)
             self.log(f"haptic_{name}", proxy.GetOutputPort(name))
         self.builder.Connect(

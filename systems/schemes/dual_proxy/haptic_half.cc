@@ -22,11 +22,11 @@ void DualProxyHapticHalf::Update(double time, const HapticHalfInput& input,
   output.setpoint = {.reference_force = proxy.reference_force,
                      .reference_moment = proxy.reference_moment,
                      .force_selection = proxy.force_selection,
-                     .moment_selection = proxy.moment_selection};
+                     .moment_selection = proxy.moment_selection,
+                     .contact_normals = proxy.contact_normals};
   output.proxy_pose = proxy.proxy_pose;
   output.message =
-      ToMessage(sender_.Update(time, input.X_DH, Eigen::Matrix3d::Zero(),
-                               Eigen::Matrix3d::Zero(), &state->sender));
+      ToMessage(sender_.Update(time, {.pose = input.X_DH}, &state->sender));
   output.link = state->proxy.link;
   output.bad_inputs = state->proxy.bad_inputs;
   output.sender_bad_inputs = state->sender.bad_inputs;

@@ -32,8 +32,7 @@ void PositionForceHapticHalf::Update(double time, const HapticHalfInput& input,
   output.setpoint.reference_force = force;
   output.proxy_pose = input.X_DH;
   output.message =
-      ToMessage(sender_.Update(time, input.X_DH, Eigen::Matrix3d::Zero(),
-                               Eigen::Matrix3d::Zero(), &state->sender));
+      ToMessage(sender_.Update(time, {.pose = input.X_DH}, &state->sender));
   output.link = state->link;
   output.sender_bad_inputs = state->sender.bad_inputs;
 }
