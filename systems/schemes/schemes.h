@@ -5,13 +5,15 @@
 #include "dual_proxy/schemes/position_force/scheme.h"
 #include "dual_proxy/schemes/position_position/scheme.h"
 #include "dual_proxy/schemes/scheme_list.h"
+#include "dual_proxy/schemes/tdpa/scheme.h"
 
 namespace dual_proxy {
 
 /** Every scheme there is: add a line here and its folder. */
-using Schemes = SchemeList<DualProxyScheme,      //
-                           PositionForceScheme,  //
-                           PositionPositionScheme>;
+using Schemes = SchemeList<DualProxyScheme,         //
+                           PositionForceScheme,     //
+                           PositionPositionScheme,  //
+                           TdpaScheme>;
 
 /** A scheme's place in the list; its name in YAML and Python is its kName. */
 enum class Scheme : int {};

@@ -30,6 +30,7 @@ class TextbookBench {
     double hand_stiffness{600};
     double hand_damping{30};
     double wall_stiffness{0};  ///< N/m: below Start().
+    double clearance{0};       ///< m: of the mass above Start(), at first.
     /** m, in D: where the hand means the handle to be, and where it starts. */
     Eigen::Vector3d hand{Eigen::Vector3d::Zero()};
     Eigen::Vector3d handle{Eigen::Vector3d::Zero()};
@@ -55,7 +56,9 @@ class TextbookBench {
         haptic_(MakeHapticHalfParams(), params.scheme),
         channel_(params.channel),
         device_(MakeDevice(params)),
-        device_state_(device_.MakeState({.p = params.handle})) {}
+        device_state_(device_.MakeState({.p = params.handle})) {
+    position_.z() += params.clearance;
+  }
 
   void Step() {
     const double time = kPeriod * tick_;
