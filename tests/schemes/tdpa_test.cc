@@ -562,6 +562,37 @@ TEST(TdpaRobotHalfTest, TwoPortHoldsThePlaceBackForLackOfEnergy) {
   EXPECT_GT(state.dissipated, 0.05);
 }
 
+TEST(TdpaRobotHalfTest, ReflectionDampsWhatIsNotThereAndOwesTheRest) {
+  const TdpaParams params{.observer = TdpaObserver::kEnergyReflection,
+                          .initial_energy = 0,
+                          .coupling_damping = 0};
+  const TdpaRobotHalf dut({}, params);
+  TdpaRobotHalfState state = dut.MakeState();
+  RobotHalfInput input;
+  input.X_BE.p = {0.4, 0, 0.2};
+  input.message =
+      ToMessage(TdpaMotionMessage{.sequence = 0, .pose = {.p = input.X_BE.p}});
+  dut.Update(0, input, &state);
+  ASSERT_TRUE(state.observing);
+  // 8.8 N over 0.1 m/s: all of it is damped.
+  input.X_BE.p.x() -= 0.02;
+  input.v_BE(0) = 0.1;
+  dut.Update(kPeriod, input, &state);
+  const double force = 0.02 * params.robot_stiffness;
+  EXPECT_NEAR(state.output.setpoint.reference_force.x(),
+              -0.1 * params.robot_damping, 1e-12);
+  EXPECT_NEAR(state.dissipated, force * 0.1 * kPeriod, 1e-15);
+  EXPECT_NEAR(state.balance, 0, 1e-15);
+  EXPECT_EQ(state.saturated, 0);
+  // So slow that it would take more damping than is stable.
+  input.v_BE(0) = 0.001;
+  dut.Update(2 * kPeriod, input, &state);
+  EXPECT_EQ(state.saturated, 1);
+  EXPECT_NEAR(state.balance,
+              -(force - TdpaRobotHalf::kMaxDamping * 0.001) * 0.001 * kPeriod,
+              1e-15);
+}
+
 TEST(TdpaMessageTest, TakesTheSameNumbersBackAndRefusesWhatIsNotFinite) {
   TdpaMotionMessage motion{
       .sequence = 3, .send_time = 0.5, .pose = {.p = {1, 2, 3}}, .energy = 4};

@@ -59,21 +59,19 @@ struct DevicePassivityState {
   std::array<Command, DevicePassivityParams::kMaxActuationDelay + 1> commands{};
 };
 
-/** Passivity observer and controller of the port between link and hand, for
-three axes of either kind:
+/** Passivity observer and controller of the port between link and hand, three
+axes of either kind. Each period:
 
-    f . dx > 0: EinL += f . dx;   else W_L -= -f . dx;   W_L += dE^
-    W_L < 0:  alpha = -W_L / (h |v|^2) <= max_damping,  f += alpha v
+    f . dx > 0: EinL += f . dx;   else W_L += f . dx;      W_L += dE^
+    W_L < 0:  alpha = -W_L / (h |v|^2) <= max_damping,     force += alpha v
 
-f is the part of the force that really acted and is the link's, dx the
-difference of two positions between which it did, E^ what the other side has
-granted. Injection counts by what it really takes, alpha v . dx with the force
-that acted: it is promised when it is decided on, as the period that it acts in
-lies ahead, and put right when that is over. What it takes does not come in:
-EinL is of the link's force alone, or the other side would be given energy that
-is gone.
+f is the link's part of what acted, dx the difference of the positions between
+which it did, E^ what the other side has granted. An injection is in W_L by what
+it takes, alpha v . dx with the force that acted: promised when it is decided
+on, as the period that it acts in lies ahead, and put right when that is over.
+It is not in EinL, or the other side would be given energy that is gone.
 
-Slower than kMinSpeed nothing is injected: what it asks for would be noise.
+Below kMinSpeed nothing is injected: v would be noise.
 
 Update() neither allocates nor throws. */
 class DevicePassivity {

@@ -40,7 +40,7 @@ void TdpaRobotHalf::Update(double time, const RobotHalfInput& input,
   setpoint = {};
   setpoint.force_selection.setIdentity();
   setpoint.force_feedback = false;
-  TdpaForceMessage sample{.energy = state->granted};
+  TdpaForceMessage sample;
   if (std::isfinite(time) && IsValidPose(input.X_BE) &&
       input.v_BE.allFinite()) {
     const bool connected = state->link.status == LinkStatus::kConnected;
@@ -48,10 +48,12 @@ void TdpaRobotHalf::Update(double time, const RobotHalfInput& input,
                      &state->follower);
     setpoint.rotation_error =
         LogRotation(input.X_BE.R * state->follower.target.R.transpose());
-    setpoint.reference_force = Control(input, state, &sample);
+    setpoint.reference_force = Control(input, state, &sample.force);
   } else {
     ++output.bad_inputs;
+    state->robot_force.setZero();
   }
+  sample.energy = state->granted;
   output.proxy_pose = {.p = state->target, .R = state->follower.target.R};
   output.message = ToMessage(sender_.Update(time, sample, &state->sender));
   output.link = state->link;
@@ -59,7 +61,7 @@ void TdpaRobotHalf::Update(double time, const RobotHalfInput& input,
 }
 
 Vector3d TdpaRobotHalf::Control(const RobotHalfInput& input, State* state,
-                                TdpaForceMessage* sample) const noexcept {
+                                Vector3d* sent_force) const noexcept {
   const Vector3d& x = input.X_BE.p;
   const Vector3d v = input.v_BE.head<3>();
   const bool follows = state->follower.following;
@@ -95,8 +97,7 @@ Vector3d TdpaRobotHalf::Control(const RobotHalfInput& input, State* state,
   state->spring_force = f_s;
   state->robot_force = F_c;
   state->position = x;
-  sample->force = one_port ? Vector3d(input.sensed_wrench.head<3>()) : f_s;
-  sample->energy = state->granted;
+  *sent_force = one_port ? Vector3d(input.sensed_wrench.head<3>()) : f_s;
   return F_c;
 }
 
@@ -149,10 +150,13 @@ void TdpaRobotHalf::MoveTarget(const Vector3d& f_s, const Vector3d& v_in,
 Vector3d TdpaRobotHalf::Reflect(const Vector3d& f_s, const Vector3d& v_in,
                                 const Vector3d& v, const Vector3d& F_c,
                                 State* state) const noexcept {
-  const double to_left = period_ * std::max(0.0, -f_s.dot(v_in));
-  const double to_robot = period_ * std::max(0.0, f_s.dot(v));
-  state->balance += period_ * std::max(0.0, -f_s.dot(v));
+  const double left = period_ * f_s.dot(v_in);
+  const double right = period_ * f_s.dot(v);
+  state->balance += std::max(0.0, -right);
+  const double to_left = std::max(0.0, -left);
+  const double to_robot = std::max(0.0, right);
   const double demand = to_left + to_robot;
+  // Negative where there is a debt, which both sides then pay.
   double share = 1;
   if (params_.passivity_control && demand > state->balance) {
     if (demand > 0) {

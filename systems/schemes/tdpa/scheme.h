@@ -47,7 +47,9 @@ struct TdpaParams {
   double coupling_damping{5};
   double robot_damping{88};
   double max_robot_force{60};
-  double force_scale{1};
+  /** With 1 the loop gain of force in contact, that times map.scale Ks / K of
+  the hand, is 1.8 in a firm hand: more than the Omega.7 can damp. */
+  double force_scale{0.6};
   double max_device_damping{27};
   int actuation_delay{1};
   double release_rate{20};
@@ -158,19 +160,25 @@ struct TdpaRobotHalfState {
 commanded as it is, without force feedback, f_s bounded so that F_c is. x_ref
 goes to x_d in a message's interval, at v_in.
 
-one_port: x_sd = x_d; sends F_s and E_rob = sum F_P . dx_d - F_c . dx.
+one_port: x_sd = x_ref, Bc = 0; f_s is F_P. Sends the sensed force and
+
+    E_rob = sum F_P . dx_ref - F_c . dx
 
 two_port: x_sd moves at v_sd, which is v_in and, if that costs less than half of
-W, a part of the way back to x_ref. The energy that leaves to the spring may not
-be more than came from the device:
+W, a part of the way back to x_ref. What leaves to the spring may not be more
+than what came from the device:
 
-    P = f_s . v_sd > 0: W -= h P;  else EinR -= h P;   W += dEinL^
+    P = f_s . v_sd > 0: W -= h P;  else EinR -= h P;         W += dEinL^
     W < 0:  v_sd -= dv,  dv = -W f_s / (h |f_s|^2)
 
-energy_reflection: x_sd = x_ref; what the spring gives to the left, P3 = f_s .
-v_in < 0, is granted to the device, and what it gives to the robot, P4 = f_s . v
-> 0, passes, as far as there is energy for both; the robot is damped for the
-rest.
+energy_reflection: x_sd = x_ref. What the spring gives back to the left is
+granted to the device, what it gives to the robot passes, as far as there is
+energy for both; the robot is damped for the rest, and what that can not take is
+a debt:
+
+    o3 = max(0, -f_s . v_in),  o4 = max(0, f_s . v)
+    Est += dEinL^ + h max(0, -f_s . v),  g = min(1, Est / (h (o3 + o4)))
+    EdesL += h g o3,  Est -= h g (o3 + o4),  d = (1 - g) o4 / |v|^2
 
 The orientation follows R_d by motion control and is in no energy. Before the
 first message, without a link and while the force sensor is not ready the robot
@@ -203,10 +211,10 @@ class TdpaRobotHalf {
               State* state) const noexcept;
 
  private:
-  // One period of a robot whose position and velocity are valid: F_c, and what
-  // goes to the device.
+  // One period of a robot whose position and velocity are valid: F_c, and the
+  // force that goes to the device.
   Eigen::Vector3d Control(const RobotHalfInput& input, State* state,
-                          TdpaForceMessage* sample) const noexcept;
+                          Eigen::Vector3d* sent_force) const noexcept;
   void Restart(State* state) const noexcept;
   // Returns v_in.
   Eigen::Vector3d MoveReference(State* state) const noexcept;
