@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <Eigen/Core>
@@ -29,6 +30,9 @@ class TextbookBench {
     CommunicationChannelParams channel;
     double hand_stiffness{600};
     double hand_damping{30};
+    /** Whether the device is read with the steps and the lag of its encoders.
+     */
+    bool encoders{false};
     double wall_stiffness{0};  ///< N/m: below Start().
     double clearance{0};       ///< m: of the mass above Start(), at first.
     /** m, in D: where the hand means the handle to be, and where it starts. */
@@ -106,6 +110,26 @@ class TextbookBench {
     return {lowest, highest};
   }
 
+  /** Advances by `duration`, s, and gives mean and standard deviation of
+  `function` in it. */
+  template <typename Function>
+  std::pair<double, double> MeanAndStd(double duration,
+                                       const Function& function) {
+    const double end = time() + duration;
+    double sum = 0;
+    double sum_of_squares = 0;
+    int count = 0;
+    for (; time() < end - kPeriod / 2; ++count) {
+      Step();
+      const double value = function();
+      sum += value;
+      sum_of_squares += value * value;
+    }
+    const double mean = sum / count;
+    return {mean,
+            std::sqrt(std::max(0.0, sum_of_squares / count - mean * mean))};
+  }
+
   /** From now on the hand means the handle to be at p, m, in D. */
   void set_hand(const Eigen::Vector3d& p) { params_.hand = p; }
 
@@ -138,13 +162,15 @@ class TextbookBench {
     map.scale = kScale;
     return map;
   }
-  // 0.75 kg in all, seen without the steps and the lag of its encoders.
+  // 0.75 kg in all.
   static SimulatedHapticDeviceParams MakeDevice(const Params& params) {
     SimulatedHapticDeviceParams device;
     device.hand_stiffness = params.hand_stiffness;
     device.hand_damping = params.hand_damping;
-    device.resolution = 0;
-    device.velocity_cutoff = 0;
+    if (!params.encoders) {
+      device.resolution = 0;
+      device.velocity_cutoff = 0;
+    }
     return device;
   }
 
