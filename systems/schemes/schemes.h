@@ -2,10 +2,12 @@
 #pragma once
 
 #include "dual_proxy/schemes/dual_proxy/scheme.h"
+#include "dual_proxy/schemes/four_channel/scheme.h"
 #include "dual_proxy/schemes/position_force/scheme.h"
 #include "dual_proxy/schemes/position_position/scheme.h"
 #include "dual_proxy/schemes/scheme_list.h"
 #include "dual_proxy/schemes/tdpa/scheme.h"
+#include "dual_proxy/schemes/wave_variables/scheme.h"
 
 namespace dual_proxy {
 
@@ -13,7 +15,9 @@ namespace dual_proxy {
 using Schemes = SchemeList<DualProxyScheme,         //
                            PositionForceScheme,     //
                            PositionPositionScheme,  //
-                           TdpaScheme>;
+                           FourChannelScheme,       //
+                           TdpaScheme,              //
+                           WaveVariablesScheme>;
 
 /** A scheme's place in the list; its name in YAML and Python is its kName. */
 enum class Scheme : int {};

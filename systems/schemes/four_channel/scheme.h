@@ -79,9 +79,12 @@ struct EnumStrings<FourChannelParams::Variant> {
       {Variant::kThreeChannel, "three_channel"}};
 };
 
+/** Of both messages; their sizes tell them apart. */
+inline constexpr MessageTag kFourChannelTag = MakeMessageTag("four_channel");
+
 /** What the device sends, in B and in the robot's scale. */
 struct FourChannelToRobot {
-  static constexpr MessageTag kTag = MakeMessageTag("four_channel to robot");
+  static constexpr MessageTag kTag = kFourChannelTag;
   static constexpr int kSize = 18;
 
   std::int64_t sequence{-1};  ///< 0, 1, 2, ...; -1: nothing has come yet.
@@ -98,7 +101,7 @@ struct FourChannelToRobot {
 
 /** What the robot sends, in B. */
 struct FourChannelToDevice {
-  static constexpr MessageTag kTag = MakeMessageTag("four_channel to device");
+  static constexpr MessageTag kTag = kFourChannelTag;
   static constexpr int kSize = 9;
 
   std::int64_t sequence{-1};  ///< 0, 1, 2, ...; -1: nothing has come yet.
@@ -240,8 +243,9 @@ is transparent for C2 = 1 + C6, C3 = 1 + C5. Here C5 = 0, and C6 is 0 or, with
 `three_channel`, -1, which needs no force sensor on the robot (Hashtrudi-Zaad
 and Salcudean, "Analysis of control architectures for teleoperation systems with
 impedance/admittance master and slave manipulators", Int. J. Robotics Research
-20, 2001). There is no gain of stability to trade for transparency: with delay,
-or against a stiff wall, the first oscillates. */
+20, 2001). Transparency leaves no margin: the first oscillates at a stiff wall
+even without delay, the other with delay where the hand is soft or the robot
+light. */
 struct FourChannelScheme {
   static constexpr const char* kName = "four_channel";
   static constexpr bool kUsesSelections = false;

@@ -59,9 +59,13 @@ struct WaveVariablesParams {
   }
 };
 
+/** Of both messages; their sizes tell them apart. */
+inline constexpr MessageTag kWaveVariablesTag =
+    MakeMessageTag("wave_variables");
+
 /** What the device sends. */
 struct WaveToRobot {
-  static constexpr MessageTag kTag = MakeMessageTag("wave_variables to robot");
+  static constexpr MessageTag kTag = kWaveVariablesTag;
   static constexpr int kSize = 13;
 
   std::int64_t sequence{-1};  ///< 0, 1, 2, ...; -1: nothing has come yet.
@@ -77,7 +81,7 @@ struct WaveToRobot {
 
 /** What the robot sends. */
 struct WaveToDevice {
-  static constexpr MessageTag kTag = MakeMessageTag("wave_variables to device");
+  static constexpr MessageTag kTag = kWaveVariablesTag;
   static constexpr int kSize = 4;
 
   std::int64_t sequence{-1};  ///< 0, 1, 2, ...; -1: nothing has come yet.
