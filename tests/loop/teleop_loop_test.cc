@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/loop/teleop_loop.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -123,12 +124,22 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_P(TeleopLoopTest, ToolComesDownAndTheHandFeelsIt) {
   Bench bench(params_);
   EXPECT_EQ(bench.signals(), VectorXd::Zero(bench.signals().size()));
-  for (int i = 0; i < 1500; ++i) bench.Step();
+  for (int i = 0; i < 1000; ++i) bench.Step();
   const TeleopLoopState<SerialArm<7>>& state = bench.state();
-  EXPECT_LT(state.robot.output.X_BE.p.z(),
-            params_.robot.proxy.map.p_cw.z() - 0.025);
-  EXPECT_LT(state.robot.output.sensed_wrench(2), -1);
-  EXPECT_GT(state.haptic.output.device_wrench(2), 0.5);
+  // Not at the end, as some schemes bounce.
+  double depth = 0;
+  double pressed = 0;
+  double felt = 0;
+  for (int i = 0; i < 500; ++i) {
+    bench.Step();
+    depth = std::max(depth, params_.robot.proxy.map.p_cw.z() -
+                                state.robot.output.X_BE.p.z());
+    pressed = std::max(pressed, -state.robot.output.sensed_wrench(2));
+    felt = std::max(felt, state.haptic.output.device_wrench(2));
+  }
+  EXPECT_GT(depth, 0.025);
+  EXPECT_GT(pressed, 1);
+  EXPECT_GT(felt, 0.5);
   EXPECT_GT(state.to_robot.lost, 0);
   EXPECT_EQ(state.robot.output.bad_inputs, 0);
   EXPECT_EQ(state.haptic.output.bad_inputs, 0);
