@@ -3,6 +3,7 @@
 
 #include "dual_proxy/schemes/dual_proxy/scheme.h"
 #include "dual_proxy/schemes/four_channel/scheme.h"
+#include "dual_proxy/schemes/model_mediated/scheme.h"
 #include "dual_proxy/schemes/position_force/scheme.h"
 #include "dual_proxy/schemes/position_position/scheme.h"
 #include "dual_proxy/schemes/scheme_list.h"
@@ -17,7 +18,8 @@ using Schemes = SchemeList<DualProxyScheme,         //
                            PositionPositionScheme,  //
                            FourChannelScheme,       //
                            TdpaScheme,              //
-                           WaveVariablesScheme>;
+                           WaveVariablesScheme,     //
+                           ModelMediatedScheme>;
 
 /** A scheme's place in the list; its name in YAML and Python is its kName. */
 enum class Scheme : int {};

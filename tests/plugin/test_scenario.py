@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
+from dual_proxy import RobotSide
 from dual_proxy import scenario as scenario_module
 from dual_proxy.scenario import (
     SCHEMES,
@@ -414,7 +415,8 @@ def test_one_file_has_the_parameters_of_all_schemes(plane):
         for params in (other.robot_side_params(), other.haptic_side_params()):
             assert params.scheme == scheme
             assert params.schemes == dut.schemes
-        assert other.uses_selections == (scheme == "dual_proxy")
+        finds = "dimension" in RobotSide(other.robot_side_params()).layout
+        assert other.uses_selections == finds
 
 
 def test_overrides_of_one_section_add_up(plane):

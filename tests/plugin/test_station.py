@@ -77,10 +77,10 @@ def test_force_on_the_hand_acts_one_step_after_its_message(scheme):
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_all_that_is_counted_is_logged(scheme):
-    _, log = run(scheme, 0.6, **{"link.loss": 0.3})
+    station, log = run(scheme, 0.6, **{"link.loss": 0.3})
     counters = [name for name in signals(log.columns) if SIGNALS[name].counter]
     of_filter = {name for name in counters if name.startswith("filter_")}
-    assert len(of_filter) == (3 if scheme == "dual_proxy" else 0)
+    assert len(of_filter) == (3 if station.scenario.uses_selections else 0)
     assert len(counters) - len(of_filter) == 28
     for name in counters:
         assert np.issubdtype(log[name].dtype, np.integer)

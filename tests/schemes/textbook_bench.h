@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "dual_proxy/control/haptic_controller.h"
+#include "dual_proxy/control/point_controller.h"
 #include "dual_proxy/link/communication_channel.h"
 #include "dual_proxy/schemes/half.h"
 #include "dual_proxy/simulation/haptic_device.h"
@@ -16,7 +17,10 @@ namespace dual_proxy {
 
 /** What the textbooks of bilateral teleoperation argue with: a hand with its
 device and a mass of 4.4 kg over a wall, with the two halves of a scheme and a
-link between them; the scheme, and nothing of an arm. */
+link between them; the scheme, and nothing of an arm. What a scheme commands
+without force feedback pushes the mass as it is; otherwise PointController
+drives it, and the wall's normal is selected from 1 N of its force on, until the
+mass is 1 mm above it. */
 template <typename Scheme>
 class TextbookBench {
  public:
@@ -24,6 +28,8 @@ class TextbookBench {
   static constexpr double kInterval = 0.02;  ///< s: between two messages.
   static constexpr double kScale = 2.5;      ///< Of the map.
   static constexpr double kMass = 4.4;       ///< kg.
+  static constexpr double kFelt = 1;         ///< N: shows a contact.
+  static constexpr double kLeft = 1e-3;      ///< m: ends it.
 
   struct Params {
     typename Scheme::Params scheme;
@@ -71,6 +77,9 @@ class TextbookBench {
     robot.X_BE.p = position_;
     robot.v_BE.template head<3>() = velocity_;
     robot.sensed_wrench(2) = -wall_force();
+    in_contact_ = wall_force() > kFelt ||
+                  (in_contact_ && position_.z() < Start().z() + kLeft);
+    if (in_contact_) robot.force_selection(2, 2) = 1;
     HapticHalfInput haptic{.message = channel_.Receive(time, to_device_),
                            .X_DH = device_state_.read_pose,
                            .device_velocity = device_state_.read_velocity,
@@ -87,7 +96,7 @@ class TextbookBench {
         setpoint.contact_normals, &device_controller_state_);
     device_.Update({.p = params_.hand}, Eigen::Vector3d::Zero(), device_wrench_,
                    &device_state_);
-    MoveMass(robot_state_.output.setpoint.reference_force);
+    MoveMass(CalcRobotForce(robot));
     ++tick_;
   }
 
@@ -174,6 +183,22 @@ class TextbookBench {
     return device;
   }
 
+  Eigen::Vector3d CalcRobotForce(const RobotHalfInput& input) {
+    const RobotSetpoint& setpoint = robot_state_.output.setpoint;
+    if (!setpoint.force_feedback) return setpoint.reference_force;
+    return controller_
+        .Update({.model = {.mass = kMass},
+                 .v = input.v_BE.template head<3>(),
+                 .motion_error = setpoint.motion_error,
+                 .proxy_velocity = setpoint.velocity.template head<3>(),
+                 .proxy_acceleration = setpoint.acceleration.template head<3>(),
+                 .reference_force = setpoint.reference_force,
+                 .force_selection = setpoint.force_selection,
+                 .sensed_force = input.sensed_wrench.template head<3>()},
+                &controller_state_)
+        .force;
+  }
+
   // In steps that are short against the wall's 12 ms.
   void MoveMass(const Eigen::Vector3d& force) {
     constexpr int kSteps = 10;
@@ -189,10 +214,12 @@ class TextbookBench {
   typename Scheme::RobotHalf robot_;
   typename Scheme::HapticHalf haptic_;
   CommunicationChannel channel_;
+  PointController controller_;
   HapticController device_controller_;
   SimulatedHapticDevice device_;
   typename Scheme::RobotHalf::State robot_state_{robot_.MakeState()};
   typename Scheme::HapticHalf::State haptic_state_{haptic_.MakeState()};
+  PointControllerState controller_state_{controller_.MakeState()};
   HapticControllerState device_controller_state_;
   CommunicationChannelState to_robot_{channel_.MakeState(0)};
   CommunicationChannelState to_device_{channel_.MakeState(1)};
@@ -200,6 +227,7 @@ class TextbookBench {
   Vector6 device_wrench_{Vector6::Zero()};
   Eigen::Vector3d position_{Start()};
   Eigen::Vector3d velocity_{Eigen::Vector3d::Zero()};
+  bool in_contact_{false};
   int tick_{0};
 };
 

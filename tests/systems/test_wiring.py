@@ -255,7 +255,7 @@ def test_both_wirings_export_the_same(both):
     assert set(fused) == set(separate)
     for name, value in fused.items():
         np.testing.assert_array_equal(value, separate[name], err_msg=name)
-    selects = both[0].scenario.scheme == "dual_proxy"
+    selects = both[0].scenario.uses_selections
     assert ({"force_selection", "dimension"} <= set(fused)) == selects
 
 
