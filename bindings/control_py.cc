@@ -155,6 +155,11 @@ void BindForceLoop(py::module_& m) {
 }
 
 void BindOperationalSpaceController(py::module_& m) {
+  BindParams<CartesianImpedanceParams>(
+      m, "CartesianImpedanceParams",
+      "Gains of OperationalSpaceControllerParams.motion "
+      "\"cartesian_impedance\".")
+      .Fields();
   using P = OperationalSpaceControllerParams<7>;
   BindParams<P>(m, "OperationalSpaceControllerParams",
                 "Parameters of OperationalSpaceController.")

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <system_error>
 #include <type_traits>
+#include <vector>
 
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/validate.h"
@@ -97,6 +98,34 @@ ContactModel MakeContactModel(const SceneParams& scene,
   return contact;
 }
 
+// A spring and a damper on a mass, or on an inertia.
+struct MotionLoop {
+  double stiffness;
+  double damping;
+  const char* damping_key;
+  double mass{1};
+};
+
+std::vector<MotionLoop> ListMotionLoops(const PointControllerParams& point) {
+  return {{point.position_stiffness, point.position_damping,
+           "point_controller.position_damping"}};
+}
+
+std::vector<MotionLoop> ListMotionLoops(
+    const OperationalSpaceControllerParams<7>& arm) {
+  const CartesianImpedanceParams& impedance = arm.impedance;
+  if (arm.motion == MotionLaw::kCartesianImpedance) {
+    return {{impedance.stiffness, impedance.damping,
+             "controller.impedance.damping", kLightestMass},
+            {impedance.rotational_stiffness, impedance.rotational_damping,
+             "controller.impedance.rotational_damping", kLightestInertia}};
+  }
+  return {{arm.position_stiffness, arm.position_damping,
+           "controller.position_damping"},
+          {arm.rotation_stiffness, arm.rotation_damping,
+           "controller.rotation_damping"}};
+}
+
 // What is not stable with these steps, or nothing.
 std::string FindUnstableLoop(const Scenario& scenario, double control_period,
                              double time_step) {
@@ -106,18 +135,13 @@ std::string FindUnstableLoop(const Scenario& scenario, double control_period,
   const bool is_point = scenario.robot == RobotKind::kPointMass;
   const OperationalSpaceControllerParams<7>& arm = scenario.controller;
   const PointControllerParams& point = scenario.point_controller;
-  const double stiffness =
-      is_point ? point.position_stiffness : arm.position_stiffness;
-  const double damping =
-      is_point ? point.position_damping : arm.position_damping;
-  if (!MotionLoopSettles(stiffness, damping, period, step)) {
-    return Join("motion control (", is_point ? "point_" : "",
-                "controller.position_damping ", damping, ") swings");
-  }
-  if (!is_point && !MotionLoopSettles(arm.rotation_stiffness,
-                                      arm.rotation_damping, period, step)) {
-    return Join("motion control (controller.rotation_damping ",
-                arm.rotation_damping, ") swings");
+  for (const MotionLoop& loop :
+       is_point ? ListMotionLoops(point) : ListMotionLoops(arm)) {
+    if (!MotionLoopSettles(loop.stiffness / loop.mass, loop.damping / loop.mass,
+                           period, step)) {
+      return Join("motion control (", loop.damping_key, " ", loop.damping,
+                  ") swings");
+    }
   }
   if (!UsesSelections(scenario.scheme)) return {};
   ForceLoopParams loop =

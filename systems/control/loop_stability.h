@@ -12,6 +12,11 @@ struct ContactModel {
   double damping{50};     ///< N s/m.
 };
 
+/** kg, and kg m^2 about the tool's own axis: what an arm's tool weighs where it
+is lightest, a Panda's, rounded down. Gains in N/m and N s/m act on this. */
+inline constexpr double kLightestMass = 0.6;
+inline constexpr double kLightestInertia = 0.005;
+
 /** Tells whether a force loop comes to rest on a contact at its period.
 
 The very ForceLoop, passivity controller and all, holds 5 N on a mass that lies

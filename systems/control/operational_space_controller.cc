@@ -52,6 +52,17 @@ ForceLoopParams MakeMomentLoopParams(
   return loop;
 }
 
+// Of the motion law in use; of operational space for a unit mass.
+template <int kJoints>
+CartesianImpedanceParams MakeGains(
+    const OperationalSpaceControllerParams<kJoints>& params) {
+  if (params.motion == MotionLaw::kCartesianImpedance) return params.impedance;
+  return {.stiffness = params.position_stiffness,
+          .damping = params.position_damping,
+          .rotational_stiffness = params.rotation_stiffness,
+          .rotational_damping = params.rotation_damping};
+}
+
 // The lower triangle of A becomes its Cholesky factor; false if A is not
 // positive definite. These two are plain loops, as Eigen's are made for large
 // matrices.
@@ -203,6 +214,7 @@ OperationalSpaceInertia CalcOperationalSpaceInertia(
 template <int kJoints>
 OperationalSpaceController<kJoints>::OperationalSpaceController(Params params)
     : params_((params.Validate(), params)),
+      gains_(MakeGains(params)),
       force_loop_(MakeForceLoopParams(params)),
       moment_loop_(MakeMomentLoopParams(params)),
       friction_(params.friction_feedback, params.period),
@@ -313,25 +325,29 @@ OperationalSpaceController<kJoints>::Update(const Input& input,
   const Matrix3d& Omega_tau =
       blend_.Update(asked_tau, &state->moment_selection);
 
-  // Motion: eq. (12) for a unit mass, with feed-forward.
+  // Motion: what accelerates a unit mass, eq. (12), and what is a force.
   Vector6 velocity_error = twist;
   Vector6 acceleration = Vector6::Zero();
   if (params_.feed_forward) {
     velocity_error -= input.proxy_velocity;
     acceleration = input.proxy_acceleration;
   }
-  acceleration.head<3>() -=
+  Vector6 spring_wrench = Vector6::Zero();
+  const bool impedance = params_.motion == MotionLaw::kCartesianImpedance;
+  Vector6& pulled = impedance ? spring_wrench : acceleration;
+  pulled.head<3>() -=
+      SaturateUnlessZero(gains_.stiffness * input.motion_error,
+                         gains_.damping * params_.motion_speed_limit) +
+      gains_.damping * velocity_error.head<3>();
+  pulled.tail<3>() -=
       SaturateUnlessZero(
-          params_.position_stiffness * input.motion_error,
-          params_.position_damping * params_.motion_speed_limit) +
-      params_.position_damping * velocity_error.head<3>();
-  acceleration.tail<3>() -=
-      SaturateUnlessZero(
-          params_.rotation_stiffness * input.rotation_error,
-          params_.rotation_damping * params_.rotation_speed_limit) +
-      params_.rotation_damping * velocity_error.tail<3>();
-  acceleration.head<3>() -= Omega_f * acceleration.head<3>().eval();
-  acceleration.tail<3>() -= Omega_tau * acceleration.tail<3>().eval();
+          gains_.rotational_stiffness * input.rotation_error,
+          gains_.rotational_damping * params_.rotation_speed_limit) +
+      gains_.rotational_damping * velocity_error.tail<3>();
+  for (Vector6* command : {&acceleration, &spring_wrench}) {
+    command->head<3>() -= Omega_f * command->head<3>().eval();
+    command->tail<3>() -= Omega_tau * command->tail<3>().eval();
+  }
 
   // Force: eq. (13).
   Output output;
@@ -362,15 +378,15 @@ OperationalSpaceController<kJoints>::Update(const Input& input,
   posture -= params_.posture_damping * input.v;
   const Vector6 wrench =
       Lambda * (acceleration - model.Jdot_v - model.J_BE * posture) +
-      contact_wrench;
+      spring_wrench + contact_wrench;
   const Joints net = model.J_BE.transpose() * wrench + model.mass * posture;
   output.torque =
       Send(net + model.bias - model.gravity + CalcLimiting(input, net, state),
            model.gravity, state);
 
-  const Vector6 motion_wrench = Lambda * acceleration;
-  const bool unit_mass = params_.unit_mass_motion_force;
-  const bool unit_inertia = params_.unit_inertia_motion_moment;
+  const Vector6 motion_wrench = Lambda * acceleration + spring_wrench;
+  const bool unit_mass = params_.unit_mass_motion_force && !impedance;
+  const bool unit_inertia = params_.unit_inertia_motion_moment && !impedance;
   output.motion_force = (unit_mass ? acceleration : motion_wrench).head<3>();
   output.motion_moment =
       (unit_inertia ? acceleration : motion_wrench).tail<3>();

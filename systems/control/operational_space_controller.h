@@ -3,8 +3,10 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <utility>
 
 #include "dual_proxy/common/arm_limits.h"
+#include "dual_proxy/common/enum_strings.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/force_loop.h"
 #include "dual_proxy/control/friction_feedback.h"
@@ -15,10 +17,52 @@
 
 namespace dual_proxy {
 
+/** How an error of motion becomes a force. */
+enum class MotionLaw {
+  /** By Lambda: the tool accelerates alike in every posture, eq. (12). */
+  kOperationalSpace,
+  /** By a spring and a damper: the tool is as stiff in every posture. */
+  kCartesianImpedance,
+};
+
+template <>
+struct EnumStrings<MotionLaw> {
+  static constexpr std::pair<MotionLaw, const char*> kValues[] = {
+      {MotionLaw::kOperationalSpace, "operational_space"},
+      {MotionLaw::kCartesianImpedance, "cartesian_impedance"}};
+};
+
+/** Parameters of MotionLaw::kCartesianImpedance. The defaults are the paper's
+gains for its two-channel scheme, 100 1/s^2 and 20 1/s, of the 4.4 kg that a
+Panda's tool weighs over a table, and for rotations what keeps a tool upright
+that is pressed on with 10 N at a lever of 3 cm. */
+struct CartesianImpedanceParams {
+  double stiffness{440};
+  double damping{88};
+  double rotational_stiffness{30};
+  double rotational_damping{1.5};
+
+  /** @throws std::invalid_argument naming field, range and value. */
+  void Validate() const { ValidateFields("CartesianImpedanceParams", *this); }
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(Field("stiffness", &stiffness, AtLeast(0), "N/m", "K"));
+    a->Visit(Field("damping", &damping, AtLeast(0), "N s/m", "D"));
+    a->Visit(Field("rotational_stiffness", &rotational_stiffness, AtLeast(0),
+                   "N m/rad", "K of orientation"));
+    a->Visit(Field("rotational_damping", &rotational_damping, AtLeast(0),
+                   "N m s/rad", "D of orientation"));
+  }
+};
+
 /** Parameters of OperationalSpaceController. The gains' defaults are the
 paper's for its arm (section VI). */
 template <int kJoints>
 struct OperationalSpaceControllerParams {
+  MotionLaw motion{MotionLaw::kOperationalSpace};
+  CartesianImpedanceParams impedance;
   double position_stiffness{500};
   double position_damping{40};
   double rotation_stiffness{600};
@@ -83,6 +127,12 @@ struct OperationalSpaceControllerParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
+    VisitEnum(a, "OperationalSpaceControllerParams", "motion", &motion,
+              "the law of motion: a tool that accelerates alike in every "
+              "posture, or one that is as stiff");
+    a->Visit(Field("impedance", &impedance,
+                   "of motion \"cartesian_impedance\", in place of "
+                   "position_stiffness to rotation_damping"));
     a->Visit(Field("position_stiffness", &position_stiffness, AtLeast(0),
                    "1/s^2", "Kpm"));
     a->Visit(
@@ -148,10 +198,11 @@ struct OperationalSpaceControllerParams {
                    "period are ignored"));
     a->Visit(Field("unit_mass_motion_force", &unit_mass_motion_force,
                    "true: output motion_force is the command of a unit mass, "
-                   "Lambda^-1 F_m; false: F_m as printed"));
+                   "Lambda^-1 F_m; false: F_m as printed, as it always is of "
+                   "motion \"cartesian_impedance\""));
     a->Visit(Field("unit_inertia_motion_moment", &unit_inertia_motion_moment,
                    "true: output motion_moment is the command of a unit "
-                   "inertia; false: M_m, N m, as printed"));
+                   "inertia; false: M_m, N m, as printed; likewise"));
     a->Visit(Field("q_rest", &q_rest, Finite(), "rad",
                    "posture kept in the null space"));
     a->Visit(Field("posture_stiffness", &posture_stiffness, AtLeast(0), "1/s^2",
@@ -251,7 +302,7 @@ struct OperationalSpaceControllerOutput {
   /** N m, gravity compensation included. */
   JointVector<kJoints> torque{JointVector<kJoints>::Zero()};
   /** Command in motion space: m/s^2 = N for 1 kg, or F_m in N
-  (unit_mass_motion_force). */
+  (unit_mass_motion_force, MotionLaw). */
   Eigen::Vector3d motion_force{Eigen::Vector3d::Zero()};
   /** The same for rotation: rad/s^2, or N m (unit_inertia_motion_moment). */
   Eigen::Vector3d motion_moment{Eigen::Vector3d::Zero()};
@@ -301,6 +352,15 @@ Joint-space C v - g and the term in Jdot v account for mu and p of eq. (14)
 exactly: without contact and F_f the tool point accelerates by a, whatever the
 posture does.
 
+With MotionLaw::kCartesianImpedance the gains are physical ones, K and D in N/m
+and N s/m (N m/rad and N m s/rad), and Lambda multiplies what is fed forward
+only, in place of Lambda a:
+
+    F_m = Lambda Omega_m a_p + Omega_m (-[K dx_m] - D (v - v_p))
+
+so that the tool in contact is the same spring in every posture, and swings with
+its own inertia.
+
 Towards a joint's end or its largest speed the acceleration that the command
 asks of it is limited (JointLimits), and the other joints make up for it as far
 as they can, for the tool's place before its orientation; what a contact does to
@@ -347,6 +407,7 @@ class OperationalSpaceController {
   Output Refuse(const ModelTerms<kJoints>& model, State* state) const noexcept;
 
   Params params_;
+  CartesianImpedanceParams gains_;  // Of the motion law in use.
   ForceLoop force_loop_;
   ForceLoop moment_loop_;
   FrictionFeedback friction_;

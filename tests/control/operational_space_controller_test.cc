@@ -65,6 +65,15 @@ class OperationalSpaceControllerTest : public ::testing::Test {
     params_.max_mass = 1e6;
   }
 
+  // With any gains but the defaults.
+  void UseImpedance() {
+    params_.motion = MotionLaw::kCartesianImpedance;
+    params_.impedance = {.stiffness = 400,
+                         .damping = 60,
+                         .rotational_stiffness = 20,
+                         .rotational_damping = 2};
+  }
+
   static Matrix6 Lambda(const OperationalSpaceControllerInput<7>& input) {
     return (input.model.J_BE * input.model.mass.inverse() *
             input.model.J_BE.transpose())
@@ -200,6 +209,74 @@ TEST_F(OperationalSpaceControllerTest, CommandOfAUnitInertia) {
             1e-12);
 }
 
+// Pushed aside and held there: by what the spring exerts, whatever the posture,
+// the arm's null space and its weight.
+TEST_F(OperationalSpaceControllerTest, ImpedanceIsTheSameSpringInEveryPosture) {
+  UseImpedance();
+  const OperationalSpaceController<7> dut(params_);
+  for (int i = 0; i < 200; ++i) {
+    OperationalSpaceControllerInput<7> input = RandomInput();
+    input.v.setZero();
+    input.model.Jdot_v.setZero();
+    input.proxy_velocity.setZero();
+    input.proxy_acceleration.setZero();
+    Vector6 spring;
+    spring << -400 * input.motion_error, -20 * input.rotation_error;
+    OperationalSpaceControllerState<7> state = dut.MakeState();
+    const auto output = dut.Update(input, &state);
+    EXPECT_LT(TipAcceleration(input.model, output.torque, spring).norm(), 1e-7);
+    EXPECT_LT((output.motion_force - spring.head<3>()).norm(), 1e-12);
+    EXPECT_LT((output.motion_moment - spring.tail<3>()).norm(), 1e-12);
+  }
+}
+
+// Free, the tool moves as its own inertia lets it, and with its proxy.
+TEST_F(OperationalSpaceControllerTest, ImpedanceLeavesTheToolItsInertia) {
+  UseImpedance();
+  const OperationalSpaceController<7> dut(params_);
+  for (int i = 0; i < 200; ++i) {
+    const OperationalSpaceControllerInput<7> input = RandomInput();
+    const Vector6 error = input.model.J_BE * input.v - input.proxy_velocity;
+    Vector6 pull;
+    pull << -400 * input.motion_error - 60 * error.head<3>(),
+        -20 * input.rotation_error - 2 * error.tail<3>();
+    OperationalSpaceControllerState<7> state = dut.MakeState();
+    const Vector6 expected =
+        input.proxy_acceleration + Lambda(input).ldlt().solve(pull);
+    EXPECT_LT((TipAcceleration(input.model, dut.Update(input, &state).torque) -
+               expected)
+                  .norm(),
+              1e-7 * (1 + expected.norm()));
+  }
+}
+
+TEST_F(OperationalSpaceControllerTest, ImpedanceLeavesForceSpaceToTheLoop) {
+  const OperationalSpaceController<7> other(params_);
+  UseImpedance();
+  const OperationalSpaceController<7> dut(params_);
+  OperationalSpaceControllerInput<7> input = RandomInput();
+  input.force_selection = kAlongZ;
+  input.moment_selection = Vector3d::UnitX().asDiagonal();
+  input.reference_force = Vector3d(0, 0, 5);
+  input.sensed_wrench << 1, 2, 3, 0.1, 0.2, 0.3;
+  OperationalSpaceControllerState<7> a = dut.MakeState();
+  OperationalSpaceControllerState<7> b = other.MakeState();
+  for (int i = 0; i < 50; ++i) {
+    const auto output = dut.Update(input, &a);
+    const auto expected = other.Update(input, &b);
+    EXPECT_EQ(output.contact_force, expected.contact_force);
+    EXPECT_EQ(output.contact_moment, expected.contact_moment);
+  }
+  input.motion_error = Vector3d(0.01, 0, 0.02);
+  input.rotation_error = Vector3d(0.1, 0.2, 0);
+  input.v.setZero();
+  input.proxy_velocity.setZero();
+  input.proxy_acceleration.setZero();
+  const auto output = dut.Update(input, &a);
+  EXPECT_LT((output.motion_force - Vector3d(-4, 0, 0)).norm(), 1e-12);
+  EXPECT_LT((output.motion_moment - Vector3d(0, -4, 0)).norm(), 1e-12);
+}
+
 // In steady contact with a frictionless wall: F_s = F_r, the wall takes F_f.
 TEST_F(OperationalSpaceControllerTest, ContactForceIsCommanded) {
   params_.position_stiffness = params_.position_damping = 0;
@@ -305,7 +382,16 @@ TEST_F(OperationalSpaceControllerTest, PostureGivesNoTaskAcceleration) {
   }
 }
 
-TEST_F(OperationalSpaceControllerTest, StartsAtGravityAndLimitsTheRateLast) {
+class OperationalSpaceControllerLawTest
+    : public OperationalSpaceControllerTest,
+      public ::testing::WithParamInterface<MotionLaw> {};
+
+INSTANTIATE_TEST_SUITE_P(Laws, OperationalSpaceControllerLawTest,
+                         ::testing::Values(MotionLaw::kOperationalSpace,
+                                           MotionLaw::kCartesianImpedance));
+
+TEST_P(OperationalSpaceControllerLawTest, StartsAtGravityAndLimitsTheRateLast) {
+  params_.motion = GetParam();
   params_.torque_limit = OperationalSpaceControllerParams<7>{}.torque_limit;
   params_.torque_rate_limit = 1000;
   params_.torque_margin = 0.05;
@@ -332,8 +418,9 @@ TEST_F(OperationalSpaceControllerTest, StartsAtGravityAndLimitsTheRateLast) {
 
 // A command that would break a joint's speed or end is cut for that joint, and
 // the others make up for it: the tool point accelerates as it would.
-TEST_F(OperationalSpaceControllerTest,
+TEST_P(OperationalSpaceControllerLawTest,
        OneJointAtItsLimitLeavesTheToolItsPlace) {
+  params_.motion = GetParam();
   const OperationalSpaceController<7> free(params_);
   params_.joint_limits.speed(3) = 1;
   params_.joint_limits.speed_margin = 0.1;
@@ -381,6 +468,8 @@ TEST_F(OperationalSpaceControllerTest, ErrorsAreClosedNoFasterThanTheLimits) {
   EXPECT_LT((pull() + 40 * 0.5 * Vector3d(0.6, 0, 0.8)).norm(), 1e-9);
   params_.position_damping = 0;
   EXPECT_LT((pull() + 500 * input.motion_error).norm(), 1e-9);
+  UseImpedance();
+  EXPECT_LT((pull() + 60 * 0.5 * Vector3d(0.6, 0, 0.8)).norm(), 1e-9);
 }
 
 TEST_F(OperationalSpaceControllerTest, RandomSweepStaysFinite) {
@@ -560,6 +649,9 @@ TEST_F(OperationalSpaceControllerTest, InvalidParamsNameTheField) {
               p.moment_passivity.max_damping = -1;
             }).find("`max_damping`"),
             std::string::npos);
+  EXPECT_EQ(error([](P& p) { p.impedance.damping = -1; }),
+            "CartesianImpedanceParams: field `damping` expected a finite value "
+            ">= 0, got -1");
 }
 
 // Without redundancy, too, the tool accelerates as it is told to, and holds the

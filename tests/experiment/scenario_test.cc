@@ -475,6 +475,22 @@ TEST(ScenarioTest, PeriodsAtWhichTheLawIsNotStableAreRefused) {
             "tiny.control_period: expected at most 0.005 s with "
             "scene.time_step 0.001 s, as motion control "
             "(controller.position_damping 500) swings, got 0.008");
+  // Physical gains act on what the tool weighs where it is lightest.
+  EXPECT_EQ(ErrorAfter([](Scenario* s) {
+              s->controller.motion = MotionLaw::kCartesianImpedance;
+              s->control_period = 8e-3;
+            }),
+            "tiny.control_period: expected at most 0.005 s with "
+            "scene.time_step 0.001 s, as motion control "
+            "(controller.impedance.rotational_damping 1.5) swings, got 0.008");
+  EXPECT_EQ(ErrorAfter([](Scenario* s) {
+              s->controller.motion = MotionLaw::kCartesianImpedance;
+              s->controller.impedance.damping = 600;
+              s->control_period = 1.5e-3;
+            }),
+            "tiny.control_period: expected at most 0.001 s with "
+            "scene.time_step 0.001 s, as motion control "
+            "(controller.impedance.damping 600) swings, got 0.0015");
 }
 
 TEST(ScenarioTest, TheUsualPeriodIsNeverRefused) {

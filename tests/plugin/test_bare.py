@@ -99,6 +99,28 @@ def test_flat_tool_lies_flat_with_the_angular_filter():
     assert abs(difference.loc[5.0:].mean()) < 0.2
 
 
+@pytest.mark.parametrize("delay", [0.0, 0.35])
+def test_cartesian_impedance_in_place_of_lambda(delay):
+    run = dp.run(
+        "plane",
+        delay=delay,
+        duration=DURATION,
+        engine="bare",
+        overrides={"controller.motion": "cartesian_impedance"},
+    )
+    assert run.metrics["limits_broken"] == []
+    assert run.metrics["contact_losses"] == 0
+    assert run.metrics["normal_error_mean_deg"] < 3.0
+    assert run.metrics["dimension_accuracy"] > 0.95
+    pressed = run.log.loc[PRESSED]
+    assert -7.5 < pressed["contact_force_z"].mean() < -5.0
+    # What moves the tool is a spring of 440 N/m and a damper of 88 N s/m.
+    motion = signal(pressed, "motion_force")
+    spring = -440.0 * signal(pressed, "motion_error")
+    late = signal(pressed, "robot_velocity") - signal(pressed, "robot_proxy_velocity")
+    np.testing.assert_allclose(motion[:, 0], (spring - 88.0 * late)[:, 0], atol=0.5)
+
+
 def test_auto_takes_drake_and_others_are_refused():
     assert dp.run("plane", duration=0.01).engine == "drake"
     with pytest.raises(
