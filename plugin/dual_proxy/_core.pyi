@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FrictionConeParams', 'FrictionFeedbackParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'Message', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'Message', 'ModelMediatedParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -2909,13 +2909,73 @@ class ForceLoop:
     @property
     def params(self) -> ForceLoopParams:
         ...
+class CartesianImpedanceParams:
+    """
+    Gains of OperationalSpaceControllerParams.motion "cartesian_impedance".
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'stiffness': 'N/m, >= 0: K, default 440', 'damping': 'N s/m, >= 0: D, default 88', 'rotational_stiffness': 'N m/rad, >= 0: K of orientation, default 30', 'rotational_damping': 'N m s/rad, >= 0: D of orientation, default 1.5'}
+    def __copy__(self) -> CartesianImpedanceParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> CartesianImpedanceParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def damping(self) -> float:
+        """
+        N s/m, >= 0: D, default 88
+        """
+    @damping.setter
+    def damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def rotational_damping(self) -> float:
+        """
+        N m s/rad, >= 0: D of orientation, default 1.5
+        """
+    @rotational_damping.setter
+    def rotational_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def rotational_stiffness(self) -> float:
+        """
+        N m/rad, >= 0: K of orientation, default 30
+        """
+    @rotational_stiffness.setter
+    def rotational_stiffness(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def stiffness(self) -> float:
+        """
+        N/m, >= 0: K, default 440
+        """
+    @stiffness.setter
+    def stiffness(self, arg1: typing.Any) -> None:
+        ...
 class OperationalSpaceControllerParams:
     """
     Parameters of OperationalSpaceController.
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'position_stiffness': '1/s^2, >= 0: Kpm, default 500', 'position_damping': '1/s, >= 0: Kvm, default 40', 'rotation_stiffness': '1/s^2, >= 0: Kpm of orientation, default 600', 'rotation_damping': '1/s, >= 0: Kvm of orientation, default 38', 'motion_speed_limit': 'm/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0', 'rotation_speed_limit': 'rad/s, >= 0: likewise of orientation; 0 is none, default 0', 'force_gain': '>= 0: Kpf, default 2.5', 'force_integral_gain': '1/s, >= 0: Kif, default 5.5', 'force_damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': "N, >= 0: bound on |Kpf e|, so that a force far from the reference, as of a bias, is answered no faster than the arm's torques can turn round; 0 is none, default 0", 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0', 'moment_gain': '>= 0: Kpf of moments, default 2.5', 'moment_integral_gain': '1/s, >= 0: Kif of moments, default 5.5', 'moment_damping': 'N m s/rad, >= 0: Kvf of moments, default 0.8', 'max_proportional_moment': 'N m, >= 0: bound on |Kpf e| of moments; 0 is none, default 0', 'max_integral_moment': 'N m, >= 0: bound on |Kif int e| of moments, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench; 0 is off, default 100', 'feed_forward': "true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true", 'selection_blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03', 'friction_feedback': 'FrictionFeedbackParams: of what a tool that slides feels', 'passivity': 'whether the passivity controllers of both loops act; they always observe, default true', 'force_passivity': 'TimeDomainPassivityParams: of the force loop; its enabled and period are ignored', 'moment_passivity': 'TimeDomainPassivityParams: of the moment loop, N m s/rad and J; its enabled and period are ignored', 'unit_mass_motion_force': 'true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, default true', 'unit_inertia_motion_moment': 'true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed, default false', 'q_rest': '(7,), rad: posture kept in the null space, default [0, -0.785398, 0, -2.35619, 0, 1.5708, 0.785398]', 'posture_stiffness': '1/s^2, >= 0: of the posture, default 25', 'posture_damping': '1/s, >= 0: of the posture, default 10', 'posture_speed_limit': 'rad/s, >= 0: how fast a joint may take up its posture; 0 is none, default 0', 'max_mass': 'kg, > 0: apparent masses up to here are exact; beyond, towards a singularity, the apparent mass falls to zero, default 50', 'characteristic_length': 'm, > 0: lever that turns rotational inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams: ends and speeds of the joints', 'torque_limit': '(7,), N m, > 0: of each joint, default [87, 87, 87, 87, 12, 12, 12]', 'torque_rate_limit': 'N m/s, > 0: of each joint, default 1000', 'torque_margin': 'in [0, 1): share of both torque limits that is kept free, default 0.05', 'period': 's, > 0: of control, default 0.001'}
+    fields: typing.ClassVar[dict] = {'motion': 'one of "operational_space", "cartesian_impedance": the law of motion: a tool that accelerates alike in every posture, or one that is as stiff, default "operational_space"', 'impedance': 'CartesianImpedanceParams: of motion "cartesian_impedance", in place of position_stiffness to rotation_damping', 'position_stiffness': '1/s^2, >= 0: Kpm, default 500', 'position_damping': '1/s, >= 0: Kvm, default 40', 'rotation_stiffness': '1/s^2, >= 0: Kpm of orientation, default 600', 'rotation_damping': '1/s, >= 0: Kvm of orientation, default 38', 'motion_speed_limit': 'm/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0', 'rotation_speed_limit': 'rad/s, >= 0: likewise of orientation; 0 is none, default 0', 'force_gain': '>= 0: Kpf, default 2.5', 'force_integral_gain': '1/s, >= 0: Kif, default 5.5', 'force_damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': "N, >= 0: bound on |Kpf e|, so that a force far from the reference, as of a bias, is answered no faster than the arm's torques can turn round; 0 is none, default 0", 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0', 'moment_gain': '>= 0: Kpf of moments, default 2.5', 'moment_integral_gain': '1/s, >= 0: Kif of moments, default 5.5', 'moment_damping': 'N m s/rad, >= 0: Kvf of moments, default 0.8', 'max_proportional_moment': 'N m, >= 0: bound on |Kpf e| of moments; 0 is none, default 0', 'max_integral_moment': 'N m, >= 0: bound on |Kif int e| of moments, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench; 0 is off, default 100', 'feed_forward': "true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true", 'selection_blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03', 'friction_feedback': 'FrictionFeedbackParams: of what a tool that slides feels', 'passivity': 'whether the passivity controllers of both loops act; they always observe, default true', 'force_passivity': 'TimeDomainPassivityParams: of the force loop; its enabled and period are ignored', 'moment_passivity': 'TimeDomainPassivityParams: of the moment loop, N m s/rad and J; its enabled and period are ignored', 'unit_mass_motion_force': 'true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, as it always is of motion "cartesian_impedance", default true', 'unit_inertia_motion_moment': 'true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed; likewise, default false', 'q_rest': '(7,), rad: posture kept in the null space, default [0, -0.785398, 0, -2.35619, 0, 1.5708, 0.785398]', 'posture_stiffness': '1/s^2, >= 0: of the posture, default 25', 'posture_damping': '1/s, >= 0: of the posture, default 10', 'posture_speed_limit': 'rad/s, >= 0: how fast a joint may take up its posture; 0 is none, default 0', 'max_mass': 'kg, > 0: apparent masses up to here are exact; beyond, towards a singularity, the apparent mass falls to zero, default 50', 'characteristic_length': 'm, > 0: lever that turns rotational inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams: ends and speeds of the joints', 'torque_limit': '(7,), N m, > 0: of each joint, default [87, 87, 87, 87, 12, 12, 12]', 'torque_rate_limit': 'N m/s, > 0: of each joint, default 1000', 'torque_margin': 'in [0, 1): share of both torque limits that is kept free, default 0.05', 'period': 's, > 0: of control, default 0.001'}
     def __copy__(self) -> OperationalSpaceControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperationalSpaceControllerParams:
@@ -3018,6 +3078,14 @@ class OperationalSpaceControllerParams:
     def friction_feedback(self, arg1: typing.Any) -> None:
         ...
     @property
+    def impedance(self) -> CartesianImpedanceParams:
+        """
+        CartesianImpedanceParams: of motion "cartesian_impedance", in place of position_stiffness to rotation_damping
+        """
+    @impedance.setter
+    def impedance(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def joint_limits(self) -> JointLimitsParams:
         """
         JointLimitsParams: ends and speeds of the joints
@@ -3104,6 +3172,14 @@ class OperationalSpaceControllerParams:
         """
     @moment_speed_limit.setter
     def moment_speed_limit(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def motion(self) -> str:
+        """
+        one of "operational_space", "cartesian_impedance": the law of motion: a tool that accelerates alike in every posture, or one that is as stiff, default "operational_space"
+        """
+    @motion.setter
+    def motion(self, arg1: typing.Any) -> None:
         ...
     @property
     def motion_speed_limit(self) -> float:
@@ -3236,7 +3312,7 @@ class OperationalSpaceControllerParams:
     @property
     def unit_inertia_motion_moment(self) -> bool:
         """
-        true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed, default false
+        true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed; likewise, default false
         """
     @unit_inertia_motion_moment.setter
     def unit_inertia_motion_moment(self, arg1: typing.Any) -> None:
@@ -3244,7 +3320,7 @@ class OperationalSpaceControllerParams:
     @property
     def unit_mass_motion_force(self) -> bool:
         """
-        true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, default true
+        true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, as it always is of motion "cartesian_impedance", default true
         """
     @unit_mass_motion_force.setter
     def unit_mass_motion_force(self, arg1: typing.Any) -> None:
@@ -4858,13 +4934,461 @@ class PositionPositionParams:
     @robot_stiffness.setter
     def robot_stiffness(self, arg1: typing.Any) -> None:
         ...
+class FourChannelParams:
+    """
+    Parameters of scheme `four_channel`.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'variant': 'one of "four_channel", "three_channel": whether the device acts on the robot\'s force, or on the hand\'s, so that three quantities go over the link, default "four_channel"', 'robot_stiffness': 'N/m, >= 0: Ks, default 440', 'robot_damping': 'N s/m, >= 0: Bs, default 88', 'max_robot_force': 'N, >= 0: bound on |F_c|, default 60', 'haptic_stiffness': "N/m, >= 0: Km, in the robot's scale, default 440", 'device_damping': 'N s/m, >= 0: of the device itself: Bm = this / (force_scale map.scale), default 27', 'force_scale': '> 0: kappa: share of f_d that the hand feels, default 1', 'device_mass': 'kg, >= 0: m: of the device, without the hand, default 0.25', 'device_friction': 'N s/m, >= 0: b: of the device, viscous, default 1', 'hand_force_cutoff': 'Hz, > 0: low-pass of the estimated force of the hand, default 20', 'release_rate': "N/s, > 0: at which the hand's force goes to zero without a link, default 20"}
+    def __copy__(self) -> FourChannelParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> FourChannelParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def device_damping(self) -> float:
+        """
+        N s/m, >= 0: of the device itself: Bm = this / (force_scale map.scale), default 27
+        """
+    @device_damping.setter
+    def device_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def device_friction(self) -> float:
+        """
+        N s/m, >= 0: b: of the device, viscous, default 1
+        """
+    @device_friction.setter
+    def device_friction(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def device_mass(self) -> float:
+        """
+        kg, >= 0: m: of the device, without the hand, default 0.25
+        """
+    @device_mass.setter
+    def device_mass(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_scale(self) -> float:
+        """
+        > 0: kappa: share of f_d that the hand feels, default 1
+        """
+    @force_scale.setter
+    def force_scale(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def hand_force_cutoff(self) -> float:
+        """
+        Hz, > 0: low-pass of the estimated force of the hand, default 20
+        """
+    @hand_force_cutoff.setter
+    def hand_force_cutoff(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def haptic_stiffness(self) -> float:
+        """
+        N/m, >= 0: Km, in the robot's scale, default 440
+        """
+    @haptic_stiffness.setter
+    def haptic_stiffness(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_robot_force(self) -> float:
+        """
+        N, >= 0: bound on |F_c|, default 60
+        """
+    @max_robot_force.setter
+    def max_robot_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def release_rate(self) -> float:
+        """
+        N/s, > 0: at which the hand's force goes to zero without a link, default 20
+        """
+    @release_rate.setter
+    def release_rate(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def robot_damping(self) -> float:
+        """
+        N s/m, >= 0: Bs, default 88
+        """
+    @robot_damping.setter
+    def robot_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def robot_stiffness(self) -> float:
+        """
+        N/m, >= 0: Ks, default 440
+        """
+    @robot_stiffness.setter
+    def robot_stiffness(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def variant(self) -> str:
+        """
+        one of "four_channel", "three_channel": whether the device acts on the robot's force, or on the hand's, so that three quantities go over the link, default "four_channel"
+        """
+    @variant.setter
+    def variant(self, arg1: typing.Any) -> None:
+        ...
+class TdpaParams:
+    """
+    Parameters of scheme `tdpa`.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'observer': 'one of "one_port", "two_port", "energy_reflection": which energies are observed, and who pays for a lack, default "energy_reflection"', 'passivity_control': 'false: the energies are observed, nothing is injected, default true', 'initial_energy': 'J, >= 0: E0, that each port may give away at first; none with one_port, default 0.05', 'robot_stiffness': 'N/m, >= 0: Ks, default 440', 'coupling_damping': 'N s/m, >= 0: Bc, beside that spring; none with one_port, default 5', 'robot_damping': 'N s/m, >= 0: Bl, of the robot to its base, default 88', 'max_robot_force': 'N, >= 0: bound on |F_c|, default 60', 'force_scale': '> 0: kappa: share of f_d that the hand feels, default 0.6', 'max_device_damping': "N s/m, >= 0: of the device itself, what it can inject; 27 is 90 % of the Omega.7's, default 27", 'actuation_delay': 'periods, in [0, 7]: before a force sent to the device acts, default 1', 'release_rate': "N/s, > 0: at which the hand's force goes to zero without a link, default 20"}
+    def __copy__(self) -> TdpaParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> TdpaParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def actuation_delay(self) -> int:
+        """
+        periods, in [0, 7]: before a force sent to the device acts, default 1
+        """
+    @actuation_delay.setter
+    def actuation_delay(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def coupling_damping(self) -> float:
+        """
+        N s/m, >= 0: Bc, beside that spring; none with one_port, default 5
+        """
+    @coupling_damping.setter
+    def coupling_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_scale(self) -> float:
+        """
+        > 0: kappa: share of f_d that the hand feels, default 0.6
+        """
+    @force_scale.setter
+    def force_scale(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def initial_energy(self) -> float:
+        """
+        J, >= 0: E0, that each port may give away at first; none with one_port, default 0.05
+        """
+    @initial_energy.setter
+    def initial_energy(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_device_damping(self) -> float:
+        """
+        N s/m, >= 0: of the device itself, what it can inject; 27 is 90 % of the Omega.7's, default 27
+        """
+    @max_device_damping.setter
+    def max_device_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_robot_force(self) -> float:
+        """
+        N, >= 0: bound on |F_c|, default 60
+        """
+    @max_robot_force.setter
+    def max_robot_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def observer(self) -> str:
+        """
+        one of "one_port", "two_port", "energy_reflection": which energies are observed, and who pays for a lack, default "energy_reflection"
+        """
+    @observer.setter
+    def observer(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def passivity_control(self) -> bool:
+        """
+        false: the energies are observed, nothing is injected, default true
+        """
+    @passivity_control.setter
+    def passivity_control(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def release_rate(self) -> float:
+        """
+        N/s, > 0: at which the hand's force goes to zero without a link, default 20
+        """
+    @release_rate.setter
+    def release_rate(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def robot_damping(self) -> float:
+        """
+        N s/m, >= 0: Bl, of the robot to its base, default 88
+        """
+    @robot_damping.setter
+    def robot_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def robot_stiffness(self) -> float:
+        """
+        N/m, >= 0: Ks, default 440
+        """
+    @robot_stiffness.setter
+    def robot_stiffness(self, arg1: typing.Any) -> None:
+        ...
+class WaveVariablesParams:
+    """
+    Parameters of scheme `wave_variables`.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'wave_impedance': 'N s/m, > 0: b: small for free motion, large for stiff contact, default 40', 'robot_stiffness': 'N/m, >= 0: Ks, default 440', 'robot_damping': 'N s/m, >= 0: Bs; with that of wave_impedance no wave is thrown back before it has moved the robot, default 40', 'max_robot_force': 'N, >= 0: bound on |F_c|, default 60', 'force_scale': '> 0: kappa: share of f_d that the hand feels, default 1', 'wave_cutoff': 'Hz, >= 0: low-pass of received waves against the ripple of their messages, 0 is none, default 20', 'healing_time': "s, >= 0: in which received waves make good what late and lost messages did; less than a message's interval is that, default 0.5", 'energy_reserve': 'J, >= 0: E_res: what may be played of each wave before it has come, default 0.05', 'release_rate': "N/s, > 0: at which the hand's force goes to zero without a link, default 20"}
+    def __copy__(self) -> WaveVariablesParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> WaveVariablesParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def energy_reserve(self) -> float:
+        """
+        J, >= 0: E_res: what may be played of each wave before it has come, default 0.05
+        """
+    @energy_reserve.setter
+    def energy_reserve(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_scale(self) -> float:
+        """
+        > 0: kappa: share of f_d that the hand feels, default 1
+        """
+    @force_scale.setter
+    def force_scale(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def healing_time(self) -> float:
+        """
+        s, >= 0: in which received waves make good what late and lost messages did; less than a message's interval is that, default 0.5
+        """
+    @healing_time.setter
+    def healing_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_robot_force(self) -> float:
+        """
+        N, >= 0: bound on |F_c|, default 60
+        """
+    @max_robot_force.setter
+    def max_robot_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def release_rate(self) -> float:
+        """
+        N/s, > 0: at which the hand's force goes to zero without a link, default 20
+        """
+    @release_rate.setter
+    def release_rate(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def robot_damping(self) -> float:
+        """
+        N s/m, >= 0: Bs; with that of wave_impedance no wave is thrown back before it has moved the robot, default 40
+        """
+    @robot_damping.setter
+    def robot_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def robot_stiffness(self) -> float:
+        """
+        N/m, >= 0: Ks, default 440
+        """
+    @robot_stiffness.setter
+    def robot_stiffness(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def wave_cutoff(self) -> float:
+        """
+        Hz, >= 0: low-pass of received waves against the ripple of their messages, 0 is none, default 20
+        """
+    @wave_cutoff.setter
+    def wave_cutoff(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def wave_impedance(self) -> float:
+        """
+        N s/m, > 0: b: small for free motion, large for stiff contact, default 40
+        """
+    @wave_impedance.setter
+    def wave_impedance(self, arg1: typing.Any) -> None:
+        ...
+class ModelMediatedParams:
+    """
+    Parameters of scheme `model_mediated`.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'contact_force': 'N, > 0: above it a surface is felt, and its place measured, default 1', 'holding_force': 'N, >= contact_force: with which the robot stays on a surface of which the hand does not know yet, default 2', 'min_stiffness': 'N/m, > 0: of a surface, at least, default 200', 'max_stiffness': 'N/m, >= min_stiffness: of a surface, at most, default 2000', 'default_stiffness': 'N/m, in [min_stiffness, max_stiffness]: of a surface where it can not be observed, default 500', 'min_excursion': 'm, > 0: motion along the normal, rms, with which the stiffness is observed, default 0.001', 'surface_time': "s, > 0: of the low-pass on the surface's place, default 0.2", 'surface_speed': 'm/s, > 0: of the surface that the hand feels, towards the one that the robot has found, default 0.04', 'device_damping': 'N s/m, >= 0: in a surface, of the device itself: Bm = this / (force_scale map.scale), default 27', 'force_scale': '> 0: kappa: share of f_d that the hand feels, default 1', 'force_rate': 'N/s, > 0: how fast a model that changes, or is forgotten, may change the force on the hand, default 20'}
+    def __copy__(self) -> ModelMediatedParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> ModelMediatedParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def contact_force(self) -> float:
+        """
+        N, > 0: above it a surface is felt, and its place measured, default 1
+        """
+    @contact_force.setter
+    def contact_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def default_stiffness(self) -> float:
+        """
+        N/m, in [min_stiffness, max_stiffness]: of a surface where it can not be observed, default 500
+        """
+    @default_stiffness.setter
+    def default_stiffness(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def device_damping(self) -> float:
+        """
+        N s/m, >= 0: in a surface, of the device itself: Bm = this / (force_scale map.scale), default 27
+        """
+    @device_damping.setter
+    def device_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_rate(self) -> float:
+        """
+        N/s, > 0: how fast a model that changes, or is forgotten, may change the force on the hand, default 20
+        """
+    @force_rate.setter
+    def force_rate(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_scale(self) -> float:
+        """
+        > 0: kappa: share of f_d that the hand feels, default 1
+        """
+    @force_scale.setter
+    def force_scale(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def holding_force(self) -> float:
+        """
+        N, >= contact_force: with which the robot stays on a surface of which the hand does not know yet, default 2
+        """
+    @holding_force.setter
+    def holding_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_stiffness(self) -> float:
+        """
+        N/m, >= min_stiffness: of a surface, at most, default 2000
+        """
+    @max_stiffness.setter
+    def max_stiffness(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def min_excursion(self) -> float:
+        """
+        m, > 0: motion along the normal, rms, with which the stiffness is observed, default 0.001
+        """
+    @min_excursion.setter
+    def min_excursion(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def min_stiffness(self) -> float:
+        """
+        N/m, > 0: of a surface, at least, default 200
+        """
+    @min_stiffness.setter
+    def min_stiffness(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def surface_speed(self) -> float:
+        """
+        m/s, > 0: of the surface that the hand feels, towards the one that the robot has found, default 0.04
+        """
+    @surface_speed.setter
+    def surface_speed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def surface_time(self) -> float:
+        """
+        s, > 0: of the low-pass on the surface's place, default 0.2
+        """
+    @surface_time.setter
+    def surface_time(self, arg1: typing.Any) -> None:
+        ...
 class SchemesParams:
     """
     Parameters of all schemes, side by side.
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'position_force': 'PositionForceParams: of this scheme', 'position_position': 'PositionPositionParams: of this scheme'}
+    fields: typing.ClassVar[dict] = {'position_force': 'PositionForceParams: of this scheme', 'position_position': 'PositionPositionParams: of this scheme', 'four_channel': 'FourChannelParams: of this scheme', 'tdpa': 'TdpaParams: of this scheme', 'wave_variables': 'WaveVariablesParams: of this scheme', 'model_mediated': 'ModelMediatedParams: of this scheme'}
     def __copy__(self) -> SchemesParams:
         ...
     def __deepcopy__(self, memo: dict) -> SchemesParams:
@@ -4887,6 +5411,22 @@ class SchemesParams:
         Raises ValueError naming the field, the range and the value.
         """
     @property
+    def four_channel(self) -> FourChannelParams:
+        """
+        FourChannelParams: of this scheme
+        """
+    @four_channel.setter
+    def four_channel(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def model_mediated(self) -> ModelMediatedParams:
+        """
+        ModelMediatedParams: of this scheme
+        """
+    @model_mediated.setter
+    def model_mediated(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def position_force(self) -> PositionForceParams:
         """
         PositionForceParams: of this scheme
@@ -4901,6 +5441,22 @@ class SchemesParams:
         """
     @position_position.setter
     def position_position(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tdpa(self) -> TdpaParams:
+        """
+        TdpaParams: of this scheme
+        """
+    @tdpa.setter
+    def tdpa(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def wave_variables(self) -> WaveVariablesParams:
+        """
+        WaveVariablesParams: of this scheme
+        """
+    @wave_variables.setter
+    def wave_variables(self, arg1: typing.Any) -> None:
         ...
 class PressureCentreParams:
     """
@@ -5246,7 +5802,7 @@ class RobotSideParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'RobotSideProxyParams: what the robot is to follow, and how', 'controller': 'OperationalSpaceControllerParams: of the robot', 'sender': 'PoseSenderParams: of its messages', 'perception': 'ContactPerceptionParams: its filters'}
+    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'RobotSideProxyParams: what the robot is to follow, and how', 'controller': 'OperationalSpaceControllerParams: of the robot', 'sender': 'PoseSenderParams: of its messages', 'perception': 'ContactPerceptionParams: its filters'}
     def __copy__(self) -> RobotSideParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideParams:
@@ -5295,7 +5851,7 @@ class RobotSideParams:
     @property
     def scheme(self) -> str:
         """
-        one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"
+        one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"
         """
     @scheme.setter
     def scheme(self, arg1: typing.Any) -> None:
@@ -5499,7 +6055,7 @@ class HapticSideParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'HapticSideProxyParams: what the hand is to feel', 'controller': 'HapticControllerParams: of the device', 'sender': 'PoseSenderParams: of its messages'}
+    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'HapticSideProxyParams: what the hand is to feel', 'controller': 'HapticControllerParams: of the device', 'sender': 'PoseSenderParams: of its messages'}
     def __copy__(self) -> HapticSideParams:
         ...
     def __deepcopy__(self, memo: dict) -> HapticSideParams:
@@ -5540,7 +6096,7 @@ class HapticSideParams:
     @property
     def scheme(self) -> str:
         """
-        one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"
+        one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"
         """
     @scheme.setter
     def scheme(self, arg1: typing.Any) -> None:
@@ -6263,10 +6819,10 @@ class Scenario:
     The fields of a scenario. Use dual_proxy.Scenario, which adds mappings and YAML.
     """
     LAWS: typing.ClassVar[tuple] = ('default', 'printed')
-    SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force', 'position_position')
+    SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force', 'position_position', 'four_channel', 'tdpa', 'wave_variables', 'model_mediated')
     __hash__: typing.ClassVar[None] = None
     _fields: typing.ClassVar[list]
-    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda", "point_mass": what the tool is on; a point has no Drake plant, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "SceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of an arm', 'point_controller': 'PointControllerParams: of a point mass', 'point_mass': 'PointRobotParams: the robot that is one', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do'}
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda", "point_mass": what the tool is on; a point has no Drake plant, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "SceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of an arm', 'point_controller': 'PointControllerParams: of a point mass', 'point_mass': 'PointRobotParams: the robot that is one', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do'}
     def __copy__(self) -> Scenario:
         ...
     def __deepcopy__(self, memo: dict) -> Scenario:
@@ -6509,7 +7065,7 @@ class Scenario:
     @property
     def scheme(self) -> str:
         """
-        one of "dual_proxy", "position_force", "position_position": how the two sides work together, default "dual_proxy"
+        one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"
         """
     @scheme.setter
     def scheme(self, arg1: typing.Any) -> None:

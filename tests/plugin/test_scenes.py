@@ -48,3 +48,30 @@ def test_force_turns_over_the_outer_edge():
     assert z < -3.0
     assert abs(force[on_face, 2].mean()) < 0.35 * y
     assert abs(force[on_top, 1].mean()) < 0.35 * -z
+
+
+def test_remote_ultrasound_over_a_bad_link():
+    run = dp.run("remote_ultrasound", engine="bare")
+    metrics, log = run.metrics, run.log
+    assert metrics["finite"]
+    assert metrics["limits_broken"] == []
+    assert metrics["dimension_accuracy"] > 0.97
+    assert metrics["contact_losses"] <= 1  # That of the outage.
+    assert metrics["contact_force_max_N"] < 12.0
+    lost = log["haptic_link_status"] == int(dp.LinkStatus.LOST)
+    assert 0.5 < lost.sum() * 1e-3 < 2.5
+    free = lost & (lost.rolling(101).sum() > 100)
+    assert np.abs(signal(log[free], "device_force")).max() == 0.0
+    # It comes back without a hit.
+    recovered = log.index[lost][-1]
+    assert signal(log.loc[recovered:], "contact_force").max() < 12.0
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.35, 1.5])
+def test_the_hand_is_never_pulled_into_the_table(delay):
+    log = dp.run("plane", delay=delay, engine="bare").log
+    assert log["device_force_z"].max() > 5.0
+    assert log["device_force_z"].min() > -0.01
+    # Nor does what it feels step, at touch or anywhere: 1.2 N as printed.
+    steps = np.diff(signal(log, "device_force"), axis=0)
+    assert np.linalg.norm(steps, axis=1).max() < 0.1
