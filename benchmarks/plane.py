@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs scene `plane` over its delays; prints the table and draws the picture of
-the README.
+"""Draws the README's picture, of scene `plane`.
 
-python benchmarks/plane.py [--delays 0,0.05,0.15,0.35,1.5] [--picture FILE.png]
+python benchmarks/plane.py docs/images/plane.png
 """
 
 from __future__ import annotations
@@ -17,39 +16,6 @@ import numpy as np
 import dual_proxy as dp
 from dual_proxy.log import signal
 from dual_proxy.metrics import normal_error_deg
-
-# Column of the table -> key of the metrics, factor to the unit shown, format.
-COLUMNS = {
-    "normal error mean / p95, deg": (
-        ("normal_error_mean_deg", 1.0, "{:.2f}"),
-        ("normal_error_p95_deg", 1.0, "{:.2f}"),
-    ),
-    "dimension right": (("dimension_accuracy", 1.0, "{:.3f}"),),
-    "hand force std, N": (("haptic_force_std_contact_N", 1.0, "{:.2f}"),),
-    "hand force max, N": (("haptic_force_max_N", 1.0, "{:.1f}"),),
-    "contact force max, N": (("contact_force_max_N", 1.0, "{:.0f}"),),
-    "free position error, mm": (
-        ("position_rms_free_delay_compensated_m", 1e3, "{:.1f}"),
-    ),
-    "lost contacts": (("contact_losses", 1.0, "{:.0f}"),),
-    "real-time factor": (("real_time_factor", 1.0, "{:.1f}"),),
-}
-
-
-def row(run: dp.Run) -> list[str]:
-    """Returns the cells of a run; a dash where a scheme has no such thing."""
-    cells = []
-    for parts in COLUMNS.values():
-        values = [run.metrics[key] for key, _, _ in parts]
-        cells.append(
-            " / ".join(
-                form.format(value * factor)
-                for value, (_, factor, form) in zip(values, parts, strict=True)
-            )
-            if all(value is not None for value in values)
-            else "-"
-        )
-    return cells
 
 
 def draw(run: dp.Run, path: Path) -> None:
@@ -100,20 +66,10 @@ def draw(run: dp.Run, path: Path) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Runs both schemes over the delays and prints the table as Markdown."""
+    """Runs the scene with 50 ms of delay and draws it."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--delays", default="0,0.05,0.15,0.35,1.5")
-    parser.add_argument("--picture", type=Path)
-    options = parser.parse_args(arguments)
-    delays = [float(text) for text in options.delays.split(",")]
-    print("| scheme | delay, ms |", " | ".join(COLUMNS), "|")
-    print("|" + " --- |" * (2 + len(COLUMNS)))
-    for scheme in ("dual_proxy", "position_force"):
-        for delay in delays:
-            run = dp.run("plane", scheme=scheme, delay=delay)
-            print("|", scheme, "|", f"{1e3 * delay:g} |", " | ".join(row(run)), "|")
-            if options.picture and scheme == "dual_proxy" and delay == 0.05:
-                draw(run, options.picture)
+    parser.add_argument("picture", type=Path)
+    draw(dp.run("plane", delay=0.05), parser.parse_args(arguments).picture)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ The algorithms (the dual proxy, the link, the Force-Space Particle Filter, the
 controllers, what is simulated) are compiled classes that need no Drake; their
 parameters are `...Params` structs. `dual_proxy.systems` has them as Drake
 LeafSystems, `dual_proxy.station` as a whole diagram; both import pydrake, and
-only when they are used. `run` runs an experiment.
+only when they are used. `run` runs an experiment, `compare` many.
 """
 
 from __future__ import annotations
@@ -139,6 +139,7 @@ from dual_proxy._core import (
     run_filter_trial,
     saturate,
 )
+from dual_proxy.compare import compare
 from dual_proxy.log import load_log, save_log
 from dual_proxy.native import native_available
 from dual_proxy.run import Run, RunError, run
@@ -278,6 +279,7 @@ __all__ = [
     "WorkspaceMap",
     "WorkspaceMapParams",
     "calc_operational_space_inertia",
+    "compare",
     "list_scenarios",
     "load_log",
     "load_scenario",

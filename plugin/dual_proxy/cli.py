@@ -23,14 +23,17 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from dual_proxy.metrics import (
-    ANGULAR_METRICS,
-    METRICS,
-    describe_broken_limits,
-    format_metric,
-)
+from dual_proxy.bench.pages import markdown_table
+from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
 from dual_proxy.recording import RECORDING_EXAMPLE, RECORDING_FORMAT
-from dual_proxy.run import ENGINES, Run, RunError, change_scenario, run
+from dual_proxy.run import (
+    ENGINES,
+    Run,
+    RunError,
+    change_scenario,
+    find_fault,
+    run,
+)
 from dual_proxy.run_folder import RunFolder
 from dual_proxy.scenario import (
     SCHEMES,
@@ -52,6 +55,7 @@ examples:
   dual-proxy run plane
   dual-proxy run plane --delay 0.15 --scheme position_force --out out/baseline
   dual-proxy run plane --set filter.period=0.02 --set law=printed --seed 3
+  dual-proxy compare plane --schemes all --delays 0,0.05,0.15 --out out/schemes
   dual-proxy bench filter --quick
   dual-proxy bench engine --quick
 """
@@ -184,6 +188,8 @@ def _main(arguments: Sequence[str] | None) -> int:
             return _list()
         if options.command == "bench":
             return _bench(options)
+        if options.command == "compare":
+            return _compare(options)
         return _run(options)
     except SystemExit as end:  # Of the parser, whose output may not be out yet.
         return end.code if isinstance(end.code, int) else 0
@@ -231,7 +237,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = command.add_argument
-    add("scenario", metavar="SCENARIO", help="its name, or the path of a YAML file")
+    _add_scenario(command)
     add("--scheme", choices=SCHEMES, help="teleoperation scheme")
     add("--delay", type=float, metavar="SEC", help="one-way delay of the link")
     add(
@@ -241,15 +247,6 @@ def _parser() -> argparse.ArgumentParser:
         help="simulated time (default: the scenario's, lengthened for the delay)",
     )
     add("--seed", type=int, metavar="N", help="of everything random")
-    add(
-        "--set",
-        dest="settings",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="any value of the scenario by dotted key, e.g. controller.force_gain=1;"
-        " may be given many times",
-    )
     add("--recording", metavar="CSV", help="human motion that the operator follows")
     add(
         "--recording-units",
@@ -264,13 +261,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     add("--meshcat", action="store_true", help="show the run in the browser")
     add("--realtime", action="store_true", help="not faster than real time")
-    add(
-        "--engine",
-        choices=ENGINES,
-        default="auto",
-        help="what simulates the robot: drake, or bare, the project's own arm, which "
-        "is faster; auto takes drake for a Panda",
-    )
     add("--mcap", action="store_true", help="save log.mcap for Foxglove, too")
     add(
         "--out",
@@ -279,8 +269,31 @@ def _parser() -> argparse.ArgumentParser:
         help="where to save, in place of an earlier run's files (default: a new"
         " folder out/SCENARIO-SCHEME-DELAYms, with -2, -3... if there is one)",
     )
+    _add_compare(commands)
     _add_bench(commands)
     return parser
+
+
+def _add_scenario(command: argparse.ArgumentParser) -> None:
+    """Add what every command that runs a scenario has."""
+    add = command.add_argument
+    add("scenario", metavar="SCENARIO", help="its name, or the path of a YAML file")
+    add(
+        "--set",
+        dest="settings",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="any value of the scenario by dotted key, e.g. controller.force_gain=1;"
+        " may be given many times",
+    )
+    add(
+        "--engine",
+        choices=ENGINES,
+        default="auto",
+        help="what simulates the robot: drake, or bare, the project's own arm, which "
+        "is faster; auto takes drake for a Panda",
+    )
 
 
 def _recording_help() -> str:
@@ -289,6 +302,98 @@ def _recording_help() -> str:
     )
     example = textwrap.indent(RECORDING_EXAMPLE, "    ")
     return f"a recording has\n{text}\n{example}"
+
+
+def _add_compare(commands: Any) -> None:
+    command = commands.add_parser(
+        "compare",
+        help="run schemes over delays; print a table, draw forces and errors",
+        epilog="The same command goes on with a comparison that was interrupted.",
+    )
+    _add_scenario(command)
+    add = command.add_argument
+    add(
+        "--schemes",
+        type=_names,
+        required=True,
+        metavar="A,B,...",
+        help=f"of {', '.join(SCHEMES)}; or all",
+    )
+    add(
+        "--delays",
+        type=_numbers,
+        required=True,
+        metavar="SEC,...",
+        help="one-way delays of the link",
+    )
+    add(
+        "--hands",
+        type=_names,
+        default=["firm"],
+        metavar="A,...",
+        help="firm (600 N/m, 30 N s/m; the default), soft (300 N/m, 10 N s/m)",
+    )
+    add("--seeds", type=int, default=1, metavar="N", help="how many of each run")
+    _add_many(command, "out/compare-SCENARIO")
+
+
+def _add_many(command: argparse.ArgumentParser, where: str) -> None:
+    """Add what every command that makes many runs has."""
+    add = command.add_argument
+    add("--jobs", type=int, metavar="N", help="runs at a time (default: all cores)")
+    add(
+        "--out",
+        type=_folder,
+        metavar="DIR",
+        help=f"where to save, and to go on (default: {where})",
+    )
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",")]
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        return [float(number) for number in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"expected numbers with commas between, got {text!r}"
+        ) from None
+
+
+def _compare(options: argparse.Namespace) -> int:
+    # Here, as it draws: other commands need not wait for that.
+    from dual_proxy.compare import LEGEND, compare, summary_cells
+
+    scenario = load_scenario(options.scenario)
+    out = options.out or Path("out") / f"compare-{_file_name(scenario.name)}"
+    table = compare(
+        scenario,
+        "all" if options.schemes == ["all"] else options.schemes,
+        options.delays,
+        hands=options.hands,
+        seeds=options.seeds,
+        engine=options.engine,
+        overrides=dict(map(_setting, options.settings)),
+        jobs=options.jobs,
+        out=out,
+    )
+    print(markdown_table(*summary_cells(table)), end="\n\n")
+    seeds = [f"mean (worst) of {options.seeds} seeds"] if options.seeds > 1 else []
+    for text in (*seeds, *LEGEND):
+        print(textwrap.fill(text, 88))
+    print(f"\nsaved: {out / 'comparison.json'}, .csv, figures")
+    failed = table[table["exit"] != 0]
+    if len(failed):
+        first = failed.iloc[0]
+        return _fail(
+            f"{len(failed)} of {len(table)} runs failed, the first {first['scheme']}, "
+            f"{1e3 * first['delay']:g} ms, {first['hand']}, seed {first['seed']}: "
+            f"{first['failure']}",
+            _RUN_FAILED,
+        )
+    return 0
 
 
 def _add_bench(commands: Any) -> None:
@@ -369,7 +474,7 @@ def _run(options: argparse.Namespace) -> int:
     )
     with _handling(noted), _open_folder(options.out, scenario) as folder:
         result, failure = _simulate(scenario, options, interrupts)
-        failure = failure or _fault(result)
+        failure = failure or find_fault(result)
         if result.recording:
             print(f"recording: {result.recording}")
         _print_metrics(result)
@@ -385,9 +490,13 @@ def _open_folder(chosen: Path | None, scenario: Scenario) -> RunFolder:
         if chosen is not None:
             return RunFolder(chosen)
         name = f"{scenario.name}-{scenario.scheme}-{scenario.link.delay * 1e3:g}ms"
-        return RunFolder.numbered(Path("out") / re.sub(r"[^\w.+-]", "_", name))
+        return RunFolder.numbered(Path("out") / _file_name(name))
     except OSError as error:
         raise ScenarioError(f"--out {_describe(error)}") from None
+
+
+def _file_name(text: str) -> str:
+    return re.sub(r"[^\w.+-]", "_", text)
 
 
 def _simulate(
@@ -417,23 +526,6 @@ def _simulate(
         if show:
             print(file=sys.stderr)
     return result, failure
-
-
-def _fault(result: Run) -> str:
-    """What makes a finished run a failed one; empty if nothing does."""
-    if not result.metrics["finite"]:
-        return "the log holds values that are not finite"
-    sensor = result.scenario.sensor
-    if result.metrics["sensor_ready"] is False:
-        return (
-            "the force sensor's bias was not learned, so the robot held still: at "
-            f"rest it felt more than sensor.tare_max_force ({sensor.tare_max_force:g} "
-            f"N) or more noise than sensor.tare_max_noise ({sensor.tare_max_noise:g} N)"
-        )
-    if result.metrics["limits_broken"]:
-        broken = describe_broken_limits(result.log, result.scenario)
-        return f"limits of the arm were broken: {'; '.join(broken)}"
-    return ""
 
 
 def _save(result: Run, folder: RunFolder, mcap: bool) -> str:

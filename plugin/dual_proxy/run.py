@@ -15,11 +15,19 @@ import pandas as pd
 from dual_proxy import _core
 from dual_proxy.bare import BareStation
 from dual_proxy.log import release, replace_file, save_log, write_mcap
-from dual_proxy.metrics import compute_metrics
+from dual_proxy.metrics import compute_metrics, describe_broken_limits
 from dual_proxy.run_folder import RunFolder
 from dual_proxy.scenario import Scenario, ScenarioError, load_scenario
 
-__all__ = ["Run", "RunError", "change_scenario", "run"]
+__all__ = [
+    "ENGINES",
+    "Run",
+    "RunError",
+    "change_scenario",
+    "choose_engine",
+    "find_fault",
+    "run",
+]
 
 # Simulated time between two calls of `progress`, s.
 _PROGRESS_INTERVAL = 0.1
@@ -177,6 +185,46 @@ def change_scenario(
     return scenario.with_overrides(changes)
 
 
+def choose_engine(engine: str, scenario: Scenario) -> str:
+    """Return "drake" or "bare": what `run` simulates a scenario with.
+
+    Raises
+    ------
+    ScenarioError
+        If `engine` is none of `ENGINES`, or cannot simulate the robot.
+    """
+    if engine not in ENGINES:
+        raise ScenarioError(
+            f"engine: expected one of {', '.join(ENGINES)}, got {engine!r}"
+        )
+    engines = _ENGINES_OF[scenario.robot]
+    if engine == "auto":
+        return engines[0]
+    if engine not in engines:
+        raise ScenarioError(
+            f'engine: expected "auto" or "bare" with robot {scenario.robot}, which '
+            'has no MultibodyPlant, got "drake"'
+        )
+    return engine
+
+
+def find_fault(result: Run) -> str:
+    """Return what makes a run that came to its end a failed one, or ""."""
+    if not result.metrics["finite"]:
+        return "the log holds values that are not finite"
+    sensor = result.scenario.sensor
+    if result.metrics["sensor_ready"] is False:
+        return (
+            "the force sensor's bias was not learned, so the robot held still: at "
+            f"rest it felt more than sensor.tare_max_force ({sensor.tare_max_force:g} "
+            f"N) or more noise than sensor.tare_max_noise ({sensor.tare_max_noise:g} N)"
+        )
+    if result.metrics["limits_broken"]:
+        broken = describe_broken_limits(result.log, result.scenario)
+        return f"limits of the arm were broken: {'; '.join(broken)}"
+    return ""
+
+
 def run(
     scenario: Scenario | str | Path,
     scheme: str | None = None,
@@ -240,21 +288,10 @@ def run(
     ImportError
         If pydrake cannot be loaded.
     """
-    if engine not in ENGINES:
-        raise ScenarioError(
-            f"engine: expected one of {', '.join(ENGINES)}, got {engine!r}"
-        )
     scenario = change_scenario(
         scenario, scheme, delay, duration, seed, recording, overrides
     )
-    engines = _ENGINES_OF[scenario.robot]
-    if engine == "auto":
-        engine = engines[0]
-    if engine not in engines:
-        raise ScenarioError(
-            f'engine: expected "auto" or "bare" with robot {scenario.robot}, which '
-            'has no MultibodyPlant, got "drake"'
-        )
+    engine = choose_engine(engine, scenario)
     if engine == "bare" and meshcat:
         raise ScenarioError("meshcat: expected False with engine bare, got True")
     end = scenario.run_duration()

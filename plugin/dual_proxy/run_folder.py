@@ -12,7 +12,7 @@ import shutil
 from pathlib import Path
 from types import TracebackType
 
-__all__ = ["RunFolder"]
+__all__ = ["RunFolder", "hold_folder"]
 
 _DATA = ("metrics.json", "scenario.yaml", "log.npz")
 _FILES = (
@@ -23,6 +23,32 @@ _FILES = (
 )
 # Written to find out whether there is space at all, bytes.
 _TRIAL = bytes(4096)
+
+
+def hold_folder(path: Path) -> int:
+    """Open a folder that nobody else can open so meanwhile, on this machine.
+
+    Returns
+    -------
+    int
+        A file descriptor, to be closed.
+
+    Raises
+    ------
+    OSError
+        If it is no folder; BlockingIOError if another process has it open.
+    """
+    handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        os.close(handle)
+        error.strerror = "another run is going to save there"
+        error.filename = str(path)
+        raise
+    except OSError:
+        pass  # Some network drives know no locks.
+    return handle
 
 
 class RunFolder:
@@ -57,10 +83,9 @@ class RunFolder:
             raise NotADirectoryError(
                 errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(self.path)
             ) from None
-        self._handle = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
+        self._handle = hold_folder(self.path)
         self.draft = self.path / ".saving"
         try:
-            self._lock()
             self._check_files()
             self._make_draft()
         except BaseException:
@@ -129,17 +154,6 @@ class RunFolder:
         traceback: TracebackType | None,
     ) -> None:
         self.close()
-
-    def _lock(self) -> None:
-        try:
-            fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            self._made.clear()  # It belongs to the other one.
-            error.strerror = "another run is going to save there"
-            error.filename = str(self.path)
-            raise
-        except OSError:
-            pass  # Some network drives know no locks.
 
     def _check_files(self) -> None:
         for name in _FILES:
