@@ -56,7 +56,10 @@ stubs: build  ## Regenerate _core.pyi and docs/reference.md from the bindings
 
 figures: build  ## Print the tables of README and docs, draw the README's picture
 	$(BIN)/python benchmarks/plane.py docs/images/plane.png
-	$(BIN)/dual-proxy compare plane --schemes all --delays 0,0.05,0.15,0.35,1.5
+	$(BIN)/dual-proxy compare plane --schemes dual_proxy,position_force \
+	  --delays 0,0.05,0.15,0.35,1.5
+	$(BIN)/python benchmarks/comparison.py --page docs/comparison.md \
+	  --picture docs/images/comparison.png
 	$(BIN)/python benchmarks/law.py --page docs/notes_on_the_paper.md
 	$(BIN)/python benchmarks/loop_cost.py --page docs/benchmarks.md
 	$(BIN)/dual-proxy bench engine --page docs/benchmarks.md
