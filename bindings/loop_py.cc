@@ -69,6 +69,8 @@ void BindLoop(py::module_& m) {
       [] {
         RobotSideParams<SerialArm<7>> robot_params;
         robot_params.perception.angular_filter.enabled = true;
+        robot_params.planner.active = {{0, 1}};
+        robot_params.planner.directions = {Eigen::Vector3d::UnitZ()};
         const CommunicationChannelState channel =
             CommunicationChannel(CommunicationChannelParams()).MakeState(0);
         py::list result;

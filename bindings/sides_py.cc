@@ -63,6 +63,35 @@ void BindWindowMean(py::module_& m) {
           "is not finite is\nrefused and counted.");
 }
 
+void BindPlanner(py::module_& m) {
+  using R = PlannerReference;
+  py::class_<R>(m, "PlannerReference",
+                "What a planner on the robot's side asks for in one cycle.")
+      .def(py::init([](const py::object& selection, const py::object& position,
+                       const py::object& velocity, const py::object& force) {
+             return R{.selection = Mat3(selection, "selection"),
+                      .position = Vec3(position, "position"),
+                      .velocity = Vec3(velocity, "velocity"),
+                      .force = Vec3(force, "force")};
+           }),
+           py::kw_only(), py::arg("selection") = R{}.selection,
+           py::arg("position") = R{}.position,
+           py::arg("velocity") = R{}.velocity, py::arg("force") = R{}.force,
+           "selection: (3, 3), Omega_p, the projection onto the directions "
+           "that the planner owns;\nposition: (3,), m, and velocity: (3,), "
+           "m/s, of the tool point; force: (3,), N, on the\nenvironment; all "
+           "in B.")
+      .def_readonly("selection", &R::selection, kCopy, "(3, 3)")
+      .def_readonly("position", &R::position, kCopy, "(3,), m")
+      .def_readonly("velocity", &R::velocity, kCopy, "(3,), m/s")
+      .def_readonly("force", &R::force, kCopy, "(3,), N");
+
+  BindParams<LocalPlannerParams>(
+      m, "LocalPlannerParams",
+      "Parameters of the robot side's own planner, that of scenarios.")
+      .Fields();
+}
+
 void BindRobotSide(py::module_& m) {
   using P = RobotSideParams<SerialArm<7>>;
   BindParams<P>(m, "RobotSideParams",
@@ -89,8 +118,7 @@ void BindRobotSide(py::module_& m) {
         [part](const S& self) { return (self.perception.*part).mean_input(); };
   };
   const auto setpoint = [](auto member) {
-    return
-        [member](const S& self) { return self.half.output().setpoint.*member; };
+    return [member](const S& self) { return self.output.setpoint.*member; };
   };
   using Q = RobotSetpoint;
   BindState<S>(m, "RobotSideState",
@@ -118,12 +146,11 @@ void BindRobotSide(py::module_& m) {
                              "(6,) [linear; angular]")
       .def_property_readonly(
           "proxy_position",
-          [](const S& self) { return self.half.output().proxy_pose.p; },
-          "where the scheme wants the tool point, (3,), m")
+          [](const S& self) { return self.output.reference_pose.p; },
+          "where scheme and planner want the tool point, (3,), m")
       .def_property_readonly(
           "proxy_rotation",
-          [](const S& self) { return self.half.output().proxy_pose.R; },
-          "(3, 3)")
+          [](const S& self) { return self.output.reference_pose.R; }, "(3, 3)")
       .def_property_readonly(
           "link", [](const S& self) { return self.half.output().link; },
           "LinkMonitorState. A copy.")
@@ -144,6 +171,10 @@ void BindRobotSide(py::module_& m) {
           "moment_selection",
           [](const S& self) { return self.output.selections.moment; },
           "Omega_tau in force, (3, 3)")
+      .def_property_readonly(
+          "planner_selection",
+          [](const S& self) { return self.blend.planner.selection; },
+          "Omega_p in force, (3, 3)")
       .def_property_readonly("filter", filter(&ContactPerceptionState::force),
                              "ForceSpaceParticleFilterState. A copy.")
       .def_property_readonly("angular_filter",
@@ -170,6 +201,11 @@ void BindRobotSide(py::module_& m) {
     if (!moment.is_none()) result.moment = Mat3(moment, "moment_selection");
     if (!normals.is_none()) result.normals = Mat3(normals, "contact_normals");
     return result;
+  };
+  const auto planner =
+      [](const py::object& reference) -> std::optional<PlannerReference> {
+    if (reference.is_none()) return std::nullopt;
+    return reference.cast<PlannerReference>();
   };
   py::class_<RobotSide<SerialArm<7>>>(
       m, "RobotSide",
@@ -200,17 +236,18 @@ void BindRobotSide(py::module_& m) {
            kSignalsDoc)
       .def(
           "update",
-          [selections](const RobotSide<SerialArm<7>>& self, double time,
-                       const py::object& message,
-                       const py::object& robot_position,
-                       const py::object& robot_rotation,
-                       const py::object& jacobian, const py::object& mass,
-                       const py::object& bias, const py::object& gravity,
-                       const py::object& jdot_v, const py::object& q,
-                       const py::object& v, const py::object& force_selection,
-                       const py::object& moment_selection,
-                       const py::object& sensed_wrench, S& state,
-                       bool sensor_ready, const py::object& contact_normals) {
+          [selections, planner](
+              const RobotSide<SerialArm<7>>& self, double time,
+              const py::object& message, const py::object& robot_position,
+              const py::object& robot_rotation, const py::object& jacobian,
+              const py::object& mass, const py::object& bias,
+              const py::object& gravity, const py::object& jdot_v,
+              const py::object& q, const py::object& v,
+              const py::object& force_selection,
+              const py::object& moment_selection,
+              const py::object& sensed_wrench, S& state, bool sensor_ready,
+              const py::object& contact_normals,
+              const py::object& planner_reference) {
             CheckState(self, state);
             self.Update(
                 time,
@@ -228,7 +265,8 @@ void BindRobotSide(py::module_& m) {
                                           contact_normals),
                  .sensed_wrench =
                      AsFixed<Vector6>(sensed_wrench, "sensed_wrench"),
-                 .sensor_ready = sensor_ready},
+                 .sensor_ready = sensor_ready,
+                 .planner = planner(planner_reference)},
                 &state);
           },
           py::arg("time"), py::arg("message"), py::arg("robot_position"),
@@ -238,6 +276,7 @@ void BindRobotSide(py::module_& m) {
           py::arg("sensed_wrench"), py::arg("state"),
           py::arg("sensor_ready") = true,
           py::arg("contact_normals") = py::none(),
+          py::arg("planner_reference") = py::none(),
           "Advances `state` by one period. force_selection, moment_selection, "
           "contact_normals: (3, 3),\nthe directions of contact if somebody "
           "else "
@@ -247,7 +286,8 @@ void BindRobotSide(py::module_& m) {
           "is ready the robot holds its place. Six-vectors are [linear; "
           "angular]\nor [force; moment], in B; jacobian (6, 7), mass (7, 7), "
           "bias (7,) without gravity, gravity\n(7,) as Drake's "
-          "CalcGravityGeneralizedForces.");
+          "CalcGravityGeneralizedForces. planner_reference: a PlannerReference "
+          "in place of the side's\nown planner, or None.");
 }
 
 void BindHapticSide(py::module_& m) {
@@ -348,6 +388,7 @@ void BindSides(py::module_& m) {
                                       "Parameters of what a robot side feels.")
       .Fields();
   BindWindowMean(m);
+  BindPlanner(m);
   BindRobotSide(m);
   BindHapticSide(m);
 }

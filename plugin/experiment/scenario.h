@@ -26,6 +26,7 @@
 #include "dual_proxy/proxy/robot_side_proxy.h"
 #include "dual_proxy/proxy/workspace_map.h"
 #include "dual_proxy/schemes/schemes.h"
+#include "dual_proxy/sides/local_planner.h"
 #include "dual_proxy/simulation/force_torque_sensor.h"
 #include "dual_proxy/simulation/haptic_device.h"
 #include "dual_proxy/simulation/operator.h"
@@ -212,6 +213,7 @@ struct Scenario {
     return params;
   }()};
   AngularFilterParams angular_filter;
+  LocalPlannerParams planner;
   HapticSideProxyParams haptic_proxy;
   HapticControllerParams haptic_controller;
   SchemesParams schemes;  ///< Of each scheme that has some of its own.
@@ -326,6 +328,9 @@ struct Scenario {
     a->Visit(Field("point_mass", &point_mass, "the robot that is one"));
     a->Visit(Field("filter", &filter, "at 100 Hz; see docs/benchmarks.md"));
     a->Visit(Field("angular_filter", &angular_filter, "of moments"));
+    a->Visit(Field("planner", &planner,
+                   "that shares the robot with the operator, if the scheme "
+                   "uses selections"));
     a->Visit(Field("haptic_proxy", &haptic_proxy,
                    "the dual proxy on the device's side"));
     a->Visit(Field("haptic_controller", &haptic_controller, "of the device"));

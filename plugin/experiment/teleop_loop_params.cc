@@ -30,7 +30,8 @@ RobotSideParams<Robot> MakeRobotSideParams(const Scenario& scenario) {
           .controller = controller,
           .sender = scenario.link.sender,
           .perception = {.filter = scenario.filter,
-                         .angular_filter = scenario.angular_filter}};
+                         .angular_filter = scenario.angular_filter},
+          .planner = scenario.planner};
 }
 
 HapticSideParams MakeHapticSideParams(const Scenario& scenario) {

@@ -113,6 +113,18 @@ class RobotSideBlock final : public BlockOf<RobotBlockInput, RobotBlockMemory> {
            "a simulated sensor)"},
           &side.sensor_ready);
     }
+    PlannerReference planner;
+    const bool has_planner = ports->GetVector(
+        {"planner_selection",
+         "Omega_p, the directions that a planner owns, in place of the side's "
+         "own; without it there is none"},
+        &planner.selection);
+    ports->GetVector({"planner_position", "m, of the tool point, there"},
+                     &planner.position);
+    ports->GetVector({"planner_velocity", "m/s, likewise"}, &planner.velocity);
+    ports->GetVector({"planner_force", "N, on the environment, there"},
+                     &planner.force);
+    if (has_planner) side.planner = planner;
   }
 
   void Update(double time, const RobotBlockInput& input,

@@ -4,33 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
+#include "dual_proxy/proxy/directions_apart.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
 namespace dual_proxy {
-namespace {
-
-// Projection onto the directions of `selection` that make an angle of more than
-// asin(sqrt(sine2)) with all of `last`: an eigenvalue of the matrix below is
-// the squared sine of the angle between its eigenvector and `last`.
-Eigen::Matrix3d NewDirections(const Eigen::Matrix3d& last,
-                              const Eigen::Matrix3d& selection,
-                              double sine2) noexcept {
-  const Eigen::Matrix3d outside =
-      selection * (Eigen::Matrix3d::Identity() - last) * selection;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(outside);
-  Eigen::Matrix3d result = Eigen::Matrix3d::Zero();
-  for (int i = 0; i < 3; ++i) {
-    if (eigen.eigenvalues()(i) > sine2) {
-      const Eigen::Vector3d u = eigen.eigenvectors().col(i);
-      result += u * u.transpose();
-    }
-  }
-  return result;
-}
-
-}  // namespace
 
 void VirtualSpringParams::Validate() const {
   ValidateFields("VirtualSpringParams", *this);
@@ -51,7 +28,7 @@ void VirtualSpring::Update(const Eigen::Vector3d& displacement,
                         sensed != nullptr && selection != state->selection;
   if (handover) {
     const Eigen::Matrix3d P =
-        NewDirections(state->selection, selection, new_direction_sine2_);
+        DirectionsApart(selection, state->selection, new_direction_sine2_);
     const Eigen::Vector3d kept = state->reference - P * state->reference;
     const double room2 = max_force * max_force - kept.squaredNorm();
     const double room = std::sqrt(std::max(room2, 0.0));

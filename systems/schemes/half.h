@@ -44,6 +44,9 @@ struct RobotHalfInput {
   /** Whether the force sensor can be relied on; without it the robot is to hold
   its place. */
   bool sensor_ready{true};
+  /** Omega_p, a projection: the directions that a planner owns. The hand is to
+  feel no contact there. */
+  Eigen::Matrix3d planner_selection{Eigen::Matrix3d::Zero()};
 };
 
 /** What the robot's controller is to do, in B. */

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/sides/robot_side.h"
 
+#include <numbers>
 #include <utility>
 
 #include "dual_proxy/common/validate.h"
@@ -118,6 +119,13 @@ void RobotSideParams<Robot>::Validate() const {
     ThrowInvalidField(who, "perception.filter.period",
                       "at least the control period", perception.filter.period);
   }
+  const Eigen::Vector3d scan =
+      2 * std::numbers::pi * planner.scan_frequency * planner.scan_amplitude;
+  if (scan.cwiseAbs().maxCoeff() > proxy.limiter.max_velocity) {
+    ThrowInvalidField(who, "planner.scan_frequency",
+                      "a scan no faster than proxy.limiter.max_velocity",
+                      planner.scan_frequency);
+  }
   const AngularFilterParams& angular = perception.angular_filter;
   if (!Robot::kRotates && angular.enabled) {
     ThrowInvalidField(who, "perception.angular_filter.enabled",
@@ -133,8 +141,12 @@ template <typename Robot>
 RobotSide<Robot>::RobotSide(Params params)
     : params_(std::move(params)),
       half_(MakeHalf(params_)),
+      planner_(params_.planner),
       controller_(params_.controller) {
-  if (UsesSelections(params_.scheme)) perception_.emplace(params_.perception);
+  if (UsesSelections(params_.scheme)) {
+    perception_.emplace(params_.perception);
+    blend_.emplace(params_.proxy);
+  }
   layout_ =
       MakeLayout([this](SignalSink* sink) { VisitSignals(MakeState(), sink); });
 }
@@ -149,6 +161,21 @@ RobotSideState<Robot> RobotSide<Robot>::MakeState(
     state.perception = perception_->MakeState(seed, angular_seed);
   }
   return state;
+}
+
+template <typename Robot>
+void RobotSide<Robot>::TakePlanner(double time, const Input& input,
+                                   State* state) const noexcept {
+  const bool ready = input.sensor_ready &&
+                     state->half.output().link.status == LinkStatus::kConnected;
+  if (input.planner) {
+    blend_->TakePlanner(*input.planner, ready, &state->blend);
+  } else {
+    if (planner_.enabled()) {
+      planner_.Update(time, input.X_BE.p, ready, &state->planner);
+    }
+    blend_->TakePlanner(state->planner.output, ready, &state->blend);
+  }
 }
 
 template <typename Robot>
@@ -168,7 +195,9 @@ void RobotSide<Robot>::Update(double time, const Input& input,
   }
 
   const std::int64_t refused_by_half = state->half.output().bad_inputs;
+  const std::int64_t refused_by_blend = state->blend.bad_inputs;
   const std::int64_t refused_by_controller = state->controller.bad_inputs;
+  if (blend_) TakePlanner(time, input, state);
   half_.Update(time,
                {.message = input.message,
                 .X_BE = input.X_BE,
@@ -177,13 +206,20 @@ void RobotSide<Robot>::Update(double time, const Input& input,
                 .moment_selection = output.selections.moment,
                 .contact_normals = output.selections.normals,
                 .sensed_wrench = input.sensed_wrench,
-                .sensor_ready = input.sensor_ready},
+                .sensor_ready = input.sensor_ready,
+                .planner_selection = state->blend.planner.selection},
                &state->half);
-  const RobotSetpoint& setpoint = state->half.output().setpoint;
-  output.controller = controller_.Update(MakeControllerInput(input, setpoint),
-                                         &state->controller);
+  output.setpoint = state->half.output().setpoint;
+  output.reference_pose = state->half.output().proxy_pose;
+  if (blend_) {
+    blend_->Update(input.X_BE, &state->blend, &output.setpoint,
+                   &output.reference_pose);
+  }
+  output.controller = controller_.Update(
+      MakeControllerInput(input, output.setpoint), &state->controller);
   const bool valid = state->controller.bad_inputs == refused_by_controller;
-  if (!valid || state->half.output().bad_inputs != refused_by_half) {
+  if (!valid || state->half.output().bad_inputs != refused_by_half ||
+      state->blend.bad_inputs != refused_by_blend) {
     ++output.bad_inputs;
   }
 
@@ -205,7 +241,7 @@ void RobotSide<Robot>::VisitSignals(const State& state,
                                     SignalSink* sink) const {
   const RobotSideOutput<Robot>& output = state.output;
   const RobotHalfOutput& half = state.half.output();
-  const RobotSetpoint& setpoint = half.setpoint;
+  const RobotSetpoint& setpoint = output.setpoint;
   const typename Robot::Controller::Output& controller = output.controller;
   const bool angular = perception_ && perception_->has_angular_filter();
 
@@ -219,11 +255,12 @@ void RobotSide<Robot>::VisitSignals(const State& state,
     sink->Rotation({"robot_orientation", "", "B", "R_BE as a quaternion"},
                    output.X_BE.R);
   }
-  sink->Vector({"robot_proxy_position", "m", "B", "x_pr, after its limiter"},
-               half.proxy_pose.p);
+  sink->Vector({"robot_proxy_position", "m", "B",
+                "x_pr, after its limiter; with a planner's share"},
+               output.reference_pose.p);
   if constexpr (Robot::kRotates) {
     sink->Rotation({"robot_proxy_orientation", "", "B", "R_pr as a quaternion"},
-                   half.proxy_pose.R);
+                   output.reference_pose.R);
   }
   sink->Vector({"robot_proxy_velocity", "m/s", "B", "of the proxy"},
                setpoint.velocity.head<3>());
@@ -262,6 +299,11 @@ void RobotSide<Robot>::VisitSignals(const State& state,
   }
   sink->Matrix({"force_selection", "", "B", "Omega_f, row by row"},
                output.selections.force);
+  if (has_planner()) {
+    sink->Matrix(
+        {"planner_selection", "", "B", "Omega_p, a planner's, row by row"},
+        state.blend.planner.selection);
+  }
   if constexpr (Robot::kRotates) {
     sink->Joints({"joint_position", "rad", "", "q"}, output.q);
     sink->Joints({"joint_velocity", "rad/s", "", "dq/dt"}, output.v);

@@ -16,6 +16,8 @@
 #include "dual_proxy/perception/contact_perception.h"
 #include "dual_proxy/proxy/robot_side_proxy.h"
 #include "dual_proxy/schemes/schemes.h"
+#include "dual_proxy/sides/local_planner.h"
+#include "dual_proxy/sides/reference_blend.h"
 
 namespace dual_proxy {
 
@@ -29,6 +31,7 @@ struct RobotSideParams {
   typename Robot::Controller::Params controller;
   PoseSenderParams sender;
   ContactPerceptionParams perception;
+  LocalPlannerParams planner;
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
@@ -43,6 +46,9 @@ struct RobotSideParams {
     a->Visit(Field("controller", &controller, "of the robot"));
     a->Visit(Field("sender", &sender, "of its messages"));
     a->Visit(Field("perception", &perception, "its filters"));
+    a->Visit(Field("planner", &planner,
+                   "that shares the robot with the operator, if the scheme "
+                   "uses selections"));
   }
 };
 
@@ -65,6 +71,9 @@ struct RobotSideInput {
   /** Whether the force sensor can be relied on; without it the robot holds its
   place. */
   bool sensor_ready{true};
+  /** What a planner asks for, in place of the side's own. It counts with a
+  scheme that uses selections; see ReferenceBlend. */
+  std::optional<PlannerReference> planner;
 };
 
 /** Results of one cycle, and what of the inputs belongs in a log. */
@@ -74,6 +83,8 @@ struct RobotSideOutput {
 
   typename Robot::Controller::Output controller;
   ContactSelections selections;  ///< In force in this cycle.
+  RobotSetpoint setpoint;        ///< The controller's, of half and planner.
+  Pose reference_pose;           ///< In B: where the tool point is wanted.
 
   Pose X_BE;
   Vector6 v_BE{Vector6::Zero()};  ///< [linear; angular], m/s, rad/s.
@@ -81,8 +92,8 @@ struct RobotSideOutput {
   Coordinates v{Coordinates::Zero()};
   Vector6 sensed_wrench{Vector6::Zero()};
   bool sensor_ready{false};
-  /** Cycles that the half or the controller refused so far; a cycle that both
-  refuse counts once. */
+  /** Cycles of which half, controller or blend refused something so far; one
+  that several refuse counts once. */
   std::int64_t bad_inputs{0};
 };
 
@@ -90,17 +101,19 @@ struct RobotSideOutput {
 template <typename Robot>
 struct RobotSideState {
   RobotHalf::State half;
+  LocalPlannerState planner;
+  ReferenceBlendState blend;
   typename Robot::Controller::State controller;
   ContactPerceptionState perception;
   RobotSideOutput<Robot> output;  ///< Of the last cycle.
 };
 
-/** All of the robot side's work in one control cycle: the scheme's half, the
-controller, perception, in this order. It owns no logic but the order; each part
-is documented where it is.
+/** All of the robot side's work in one control cycle: the planner, the scheme's
+half, the blend of both, the controller, perception, in this order. It owns no
+logic but the order; each part is documented where it is.
 
-Perception runs where the scheme has use for it. A cycle that the controller
-refused adds nothing to what the filters take.
+Perception and planner run where the scheme has use for selections. A cycle that
+the controller refused adds nothing to what the filters take.
 
 Update() neither allocates nor throws. */
 template <typename Robot>
@@ -115,6 +128,8 @@ class RobotSide {
 
   const Params& params() const { return params_; }
   bool has_perception() const { return perception_.has_value(); }
+  /** Whether a planner of its own runs. */
+  bool has_planner() const { return blend_ && planner_.enabled(); }
 
   /** @param seed, angular_seed  of the filters of forces and of moments. */
   State MakeState(std::uint64_t seed = 0, std::uint64_t angular_seed = 1) const;
@@ -135,8 +150,13 @@ class RobotSide {
   const std::vector<SignalSlice>& layout() const { return layout_; }
 
  private:
+  void TakePlanner(double time, const Input& input,
+                   State* state) const noexcept;
+
   Params params_;
   RobotHalf half_;
+  LocalPlanner planner_;
+  std::optional<ReferenceBlend> blend_;
   typename Robot::Controller controller_;
   std::optional<ContactPerception> perception_;
   std::vector<SignalSlice> layout_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/sides/robot_side.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -215,6 +216,46 @@ TEST_F(RobotSideTest, RefusedCyclesCountOnceWhoeverRefuses) {
   EXPECT_EQ(state_.half.output().sender_bad_inputs, 1);
 }
 
+// It has its directions, the hand feels nothing of them; not without a link.
+TEST_F(RobotSideTest, PlannerSharesTheReference) {
+  const PlannerReference planner{.selection = kAlongZ, .force = {0, 0, -3}};
+  const ContactSelections floor{.force = kAlongZ};
+  const auto run = [&](int begin, int end, bool planned) {
+    for (int i = begin; i < end; ++i) {
+      RobotSideInput<SerialArm<7>> input = Input(std::min(i, 1500));
+      input.selections = floor;
+      if (planned) input.planner = planner;
+      dut_.Update(0.001 * i, input, &state_);
+    }
+  };
+  const auto felt = [&] {
+    return FromMessage<PoseMessage>(state_.half.output().message)
+        .force_selection;
+  };
+  run(0, 500, false);
+  EXPECT_EQ(state_.output.setpoint.reference_force,
+            state_.half.output().setpoint.reference_force);
+  EXPECT_EQ(felt(), kAlongZ);
+  run(500, 1500, true);
+  EXPECT_EQ(state_.output.setpoint.reference_force, planner.force);
+  EXPECT_EQ(felt(), Matrix3d::Zero());
+  run(1500, 4000, true);  // No new message.
+  EXPECT_EQ(state_.half.output().link.status, LinkStatus::kLost);
+  EXPECT_EQ(state_.output.setpoint.reference_force, Vector3d::Zero());
+  EXPECT_EQ(felt(), kAlongZ);
+  EXPECT_EQ(state_.output.bad_inputs, 0);
+}
+
+TEST_F(RobotSideTest, BadPlannerIsRefusedAndCounted) {
+  for (int i = 0; i < 3; ++i) {
+    RobotSideInput<SerialArm<7>> input = Input(i);
+    input.planner = PlannerReference{.selection = 2 * kAlongZ};
+    dut_.Update(0.001 * i, input, &state_);
+  }
+  EXPECT_EQ(state_.output.bad_inputs, 3);
+  EXPECT_EQ(state_.blend.planner.selection, Matrix3d::Zero());
+}
+
 TEST_F(RobotSideTest, LayoutNamesWhatIsWritten) {
   for (int i = 0; i < 50; ++i) dut_.Update(0.001 * i, Input(i), &state_);
   VectorXd vector = VectorXd::Constant(
@@ -274,6 +315,11 @@ TEST_F(RobotSideTest, ParamsAreCheckedTogether) {
   EXPECT_EQ(ValidationError(params),
             "RobotSideParams: field `perception.angular_filter.filter.period` "
             "expected at least the control period, got 0.0001");
+  params = {};
+  params.planner.scan_amplitude.y() = 0.1;
+  EXPECT_EQ(ValidationError(params),
+            "RobotSideParams: field `planner.scan_frequency` expected a scan "
+            "no faster than proxy.limiter.max_velocity, got 0.5");
   params = {};
   params.controller.max_mass = 0;
   EXPECT_NE(ValidationError(params).find("`max_mass`"), std::string::npos);

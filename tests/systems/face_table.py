@@ -319,6 +319,10 @@ _MADE_AND_FED = {
             "moment_selection": no_selection,
             "contact_normals": normals,
             "sensor_ready": ready,
+            "planner_selection": no_selection,
+            "planner_position": constant(*START),
+            "planner_velocity": wave(0.01, 0.0, 0.0),
+            "planner_force": constant(0.0, 0.0, -5.0),
         },
     ),
     "RobotSideWithSensor": (
@@ -338,6 +342,10 @@ _MADE_AND_FED = {
             "moment_selection": no_selection,
             "contact_normals": normals,
             "tare": tare,
+            "planner_selection": no_selection,
+            "planner_position": constant(*START),
+            "planner_velocity": wave(0.01, 0.0, 0.0),
+            "planner_force": constant(0.0, 0.0, -5.0),
         },
     ),
     "RobotSideWithAngularFilter": (
@@ -350,6 +358,10 @@ _MADE_AND_FED = {
             "moment_selection": selection,
             "contact_normals": normals,
             "sensor_ready": ready,
+            "planner_selection": no_selection,
+            "planner_position": constant(*START),
+            "planner_velocity": wave(0.01, 0.0, 0.0),
+            "planner_force": constant(0.0, 0.0, -5.0),
         },
     ),
     "HapticSide": (

@@ -8,6 +8,7 @@ import re
 import numpy as np
 import pytest
 from face_table import (
+    ALONG_Z,
     FACES,
     P_SE,
     PARAMS,
@@ -866,6 +867,37 @@ def test_a_selection_from_outside_takes_the_place_of_the_sides_filter():
     np.testing.assert_array_equal(sent, across)
     assert outputs["dimension"] == 0
     np.testing.assert_array_equal(outputs["force_selection"], 0)
+
+
+def test_a_planner_takes_its_directions_over():
+    entry = FACES["RobotSide"]
+    layout = entry.make().layout
+
+    def run(sources, leave_out=()):
+        diagram = build(entry, sources, leave_out)
+        simulator = Simulator(diagram)
+        simulator.AdvanceTo(0.5)
+        context = simulator.get_context()
+        message = evaluate(diagram.GetOutputPort("message"), context)
+        signals = read(diagram, context)["signals"]
+        force = signals[layout["reference_force"]]
+        return force, signals[layout["robot_proxy_position"]], message.force_selection
+
+    planned = {
+        "force_selection": lambda t: ALONG_Z.ravel(),
+        "planner_selection": constant(*np.diag([0.0, 1.0, 1.0]).ravel()),
+        "planner_position": constant(9.0, START[1] + 0.01, START[2]),
+        "planner_velocity": constant(0.0, 0.0, 0.0),
+        "planner_force": constant(9.0, 9.0, -3.0),
+    }
+    own_force, own_position, felt = run(planned, ["planner_selection"])
+    np.testing.assert_array_equal(felt, ALONG_Z)
+    force, position, felt = run(planned)
+    np.testing.assert_array_equal(felt, 0.0)
+    np.testing.assert_array_equal(force, [0.0, 0.0, -3.0])
+    assert own_force[2] != pytest.approx(-3.0, abs=0.1)
+    assert position[0] == pytest.approx(own_position[0], abs=1e-9)
+    assert position[1] == pytest.approx(START[1] + 0.01, abs=1e-9)
 
 
 def test_window_mean_is_what_a_slower_system_samples():

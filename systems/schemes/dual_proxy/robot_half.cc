@@ -1,7 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/proxy/directions_apart.h"
 #include "dual_proxy/schemes/dual_proxy/scheme.h"
 
 namespace dual_proxy {
+
+namespace {
+
+// What of the force space is the hand's to feel: apart by more than 45 degrees
+// from what a planner owns.
+Eigen::Matrix3d CalcFelt(const RobotHalfInput& input) noexcept {
+  if (input.planner_selection.isZero(0)) return input.force_selection;
+  return DirectionsApart(input.force_selection, input.planner_selection, 0.5);
+}
+
+}  // namespace
 
 DualProxyRobotHalf::DualProxyRobotHalf(const RobotHalfParams& shared,
                                        const NoParams&)
@@ -37,7 +49,7 @@ void DualProxyRobotHalf::Update(double time, const RobotHalfInput& input,
   output.message =
       ToMessage(sender_.Update(time,
                                {.pose = input.X_BE,
-                                .force_selection = input.force_selection,
+                                .force_selection = CalcFelt(input),
                                 .moment_selection = input.moment_selection,
                                 .contact_normals = input.contact_normals},
                                &state->sender));
