@@ -205,6 +205,11 @@ void BindRobotSide(py::module_& m) {
   const auto planner =
       [](const py::object& reference) -> std::optional<PlannerReference> {
     if (reference.is_none()) return std::nullopt;
+    if (!py::isinstance<PlannerReference>(reference)) {
+      throw py::type_error(
+          "`planner_reference` expected PlannerReference or None, got " +
+          py::repr(reference).cast<std::string>());
+    }
     return reference.cast<PlannerReference>();
   };
   py::class_<RobotSide<SerialArm<7>>>(

@@ -116,8 +116,8 @@ class RobotSideBlock final : public BlockOf<RobotBlockInput, RobotBlockMemory> {
     PlannerReference planner;
     const bool has_planner = ports->GetVector(
         {"planner_selection",
-         "Omega_p, the directions that a planner owns, in place of the side's "
-         "own; without it there is none"},
+         "Omega_p, the directions that a planner owns; if this is connected "
+         "the side's own planner rests"},
         &planner.selection);
     ports->GetVector({"planner_position", "m, of the tool point, there"},
                      &planner.position);

@@ -146,6 +146,30 @@ def test_selection_is_that_of_the_filter_unless_somebody_else_knows_it(given):
     np.testing.assert_array_equal(state.message.force_selection, state.force_selection)
 
 
+def test_a_planner_takes_its_directions_over():
+    dut = dp.RobotSide()
+    state = dut.make_state()
+    planner = dp.PlannerReference(
+        selection=ALONG_Z, position=[9.0, 9.0, 0.3], force=[9.0, 9.0, -3.0]
+    )
+
+    def update(i, reference):
+        arguments = robot_arguments(
+            time=0.001 * i,
+            message=message(i // 20, 0.02 * (i // 20), [0.0, 0.0, -0.1]),
+            force_selection=ALONG_Z,
+        )
+        dut.update(**arguments, state=state, planner_reference=reference)
+
+    for i in range(500):
+        update(i, planner if i > 100 else None)
+    np.testing.assert_array_equal(state.planner_selection, ALONG_Z)
+    np.testing.assert_array_equal(state.reference_force, [0.0, 0.0, -3.0])
+    np.testing.assert_array_equal(state.message.force_selection, ZERO33)
+    with pytest.raises(TypeError, match="`planner_reference` expected Planner"):
+        update(500, ALONG_Z)
+
+
 def test_robot_outputs_are_copies():
     dut = dp.RobotSide()
     state = dut.make_state()
