@@ -40,6 +40,9 @@ FULL = {
     _core.LinkParams: lambda: dp.LinkParams(
         channel=dp.CommunicationChannelParams(outages=[[1, 2], [4, 5.5]])
     ),
+    _core.LocalPlannerParams: lambda: dp.LocalPlannerParams(
+        active=[[1, 2], [4, 5.5]], directions=[[0, 0, 1], [0, 1, 0]]
+    ),
     _core.OperatorParams: lambda: dp.OperatorParams(
         waypoints=[dp.Waypoint(), dp.Waypoint(time=2.0)]
     ),

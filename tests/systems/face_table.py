@@ -129,6 +129,11 @@ def normals(t):
     return result.ravel()
 
 
+def planned(t):
+    """A planner takes y over, and hands it back."""
+    return np.diag([0.0, 1.0, 0.0]).ravel() * (0.03 < t < 0.12)
+
+
 def no_selection(t):
     return np.zeros(9)
 
@@ -319,7 +324,7 @@ _MADE_AND_FED = {
             "moment_selection": no_selection,
             "contact_normals": normals,
             "sensor_ready": ready,
-            "planner_selection": no_selection,
+            "planner_selection": planned,
             "planner_position": constant(*START),
             "planner_velocity": wave(0.01, 0.0, 0.0),
             "planner_force": constant(0.0, 0.0, -5.0),
@@ -342,7 +347,7 @@ _MADE_AND_FED = {
             "moment_selection": no_selection,
             "contact_normals": normals,
             "tare": tare,
-            "planner_selection": no_selection,
+            "planner_selection": planned,
             "planner_position": constant(*START),
             "planner_velocity": wave(0.01, 0.0, 0.0),
             "planner_force": constant(0.0, 0.0, -5.0),
@@ -358,7 +363,7 @@ _MADE_AND_FED = {
             "moment_selection": selection,
             "contact_normals": normals,
             "sensor_ready": ready,
-            "planner_selection": no_selection,
+            "planner_selection": planned,
             "planner_position": constant(*START),
             "planner_velocity": wave(0.01, 0.0, 0.0),
             "planner_force": constant(0.0, 0.0, -5.0),
