@@ -428,7 +428,8 @@ void BindHapticController(py::module_& m) {
                     "cycles refused");
   py::class_<HapticController>(
       m, "HapticController",
-      "Open-loop force control of the haptic device, eq. (18).")
+      "Local control of the haptic device: open-loop, eq. (18), by a force "
+      "sensor, or holding\nthe haptic proxy.")
       .def(py::init<P>(), py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<HapticController>)
       .def("make_state", &HapticController::MakeState)
@@ -438,18 +439,31 @@ void BindHapticController(py::module_& m) {
              const py::object& reference_moment,
              const py::object& device_velocity,
              const py::object& force_selection, HapticControllerState& state,
-             const py::object& contact_normals) {
-            return self.Update(Vec3(reference_force, "reference_force"),
-                               Vec3(reference_moment, "reference_moment"),
-                               Vec6(device_velocity, "device_velocity"),
-                               Mat3(force_selection, "force_selection"),
-                               NormalsOrNone(contact_normals), &state);
+             const py::object& contact_normals,
+             const py::object& proxy_displacement,
+             const py::object& handle_force) {
+            return self.Update(
+                {.reference_force = Vec3(reference_force, "reference_force"),
+                 .reference_moment = Vec3(reference_moment, "reference_moment"),
+                 .device_velocity = Vec6(device_velocity, "device_velocity"),
+                 .force_selection = Mat3(force_selection, "force_selection"),
+                 .contact_normals = NormalsOrNone(contact_normals),
+                 .proxy_displacement =
+                     Vec3(proxy_displacement, "proxy_displacement"),
+                 .handle_force = Vec3(handle_force, "handle_force")},
+                &state);
           },
           py::arg("reference_force"), py::arg("reference_moment"),
           py::arg("device_velocity"), py::arg("force_selection"),
           py::arg("state"), py::arg("contact_normals") = py::none(),
+          py::arg("proxy_displacement") =
+              Eigen::Vector3d(Eigen::Vector3d::Zero()),
+          py::arg("handle_force") = Eigen::Vector3d(Eigen::Vector3d::Zero()),
           "Takes F_h (3,), N, M_h (3,), N m, v_h (6,) [linear; angular], "
-          "Omega_fh (3, 3), contact normals (3, 3), columns; in D.\nReturns "
+          "Omega_fh (3, 3), contact normals (3, 3), columns, x_h - x_ph (3,), "
+          "m,\nof method `position`, the sensed force of the handle on the "
+          "hand "
+          "(3,), N, of `force_feedback`; in D.\nReturns "
           "the device wrench (6,) [force; "
           "moment] on the hand, in D.");
 }

@@ -71,12 +71,14 @@ void BindLoop(py::module_& m) {
         robot_params.perception.angular_filter.enabled = true;
         robot_params.planner.active = {{0, 1}};
         robot_params.planner.directions = {Eigen::Vector3d::UnitZ()};
+        HapticSideParams haptic_params;
+        haptic_params.controller.method = HapticControlMethod::kForceFeedback;
         const CommunicationChannelState channel =
             CommunicationChannel(CommunicationChannelParams()).MakeState(0);
         py::list result;
         for (const std::vector<SignalSlice>& layout :
              {MakeLayout(VisitHand, Eigen::Vector3d(Eigen::Vector3d::Zero())),
-              HapticSide().layout(),
+              HapticSide(haptic_params).layout(),
               MakeLayout(VisitDevice, SimulatedHapticDeviceState()),
               RobotSide<SerialArm<7>>(robot_params).layout(),
               RobotSide<PointMass>().layout(),

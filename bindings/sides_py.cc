@@ -358,7 +358,8 @@ void BindHapticSide(py::module_& m) {
           [](const HapticSide& self, double time, const py::object& message,
              const py::object& device_position,
              const py::object& device_rotation,
-             const py::object& device_velocity, S& state) {
+             const py::object& device_velocity, S& state,
+             const py::object& handle_force) {
             CheckState(self, state);
             self.Update(
                 time,
@@ -366,14 +367,17 @@ void BindHapticSide(py::module_& m) {
                  .X_DH = {.p = Vec3(device_position, "device_position"),
                           .R = Mat3(device_rotation, "device_rotation")},
                  .device_velocity =
-                     AsFixed<Vector6>(device_velocity, "device_velocity")},
+                     AsFixed<Vector6>(device_velocity, "device_velocity"),
+                 .handle_force = Vec3(handle_force, "handle_force")},
                 &state);
           },
           py::arg("time"), py::arg("message"), py::arg("device_position"),
           py::arg("device_rotation"), py::arg("device_velocity"),
           py::arg("state"),
+          py::arg("handle_force") = Eigen::Vector3d(Eigen::Vector3d::Zero()),
           "Advances `state` by one period. Device pose from home, velocity "
-          "(6,) [linear; angular], in D.");
+          "(6,) [linear; angular],\nsensed force of the handle on the hand "
+          "(3,), N, in D.");
 }
 
 }  // namespace

@@ -135,6 +135,9 @@ void BindHapticDevice(py::module_& m) {
       .def_property_readonly(
           "hand_force", [](const State& self) { return self.hand_force; },
           "Pull of the hand, (3,), N, in D.")
+      .def_property_readonly(
+          "handle_force", [](const State& self) { return self.handle_force; },
+          "(3,), N, in D: of the handle on the hand, as a sensor there reads.")
       .def_readonly("bad_inputs", &State::bad_inputs,
                     "Updates with an intention or a wrench not usable.");
   py::class_<SimulatedHapticDevice>(

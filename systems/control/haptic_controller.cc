@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/control/haptic_controller.h"
 
+#include "dual_proxy/common/low_pass.h"
 #include "dual_proxy/link/message.h"
 #include "dual_proxy/proxy/unilateral.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
@@ -17,33 +18,80 @@ void HapticControllerParams::Validate() const {
 
 HapticController::HapticController(HapticControllerParams params)
     : params_((params.Validate(), params)),
-      blend_({.blend_time = params.selection_blend_time,
-              .period = params.period}) {}
+      blend_(
+          {.blend_time = params.selection_blend_time, .period = params.period}),
+      sensed_gain_(LowPassGain(params.force_filter_cutoff, params.period)) {}
 
-Vector6d HapticController::Update(const Vector3d& reference_force,
-                                  const Vector3d& reference_moment,
-                                  const Vector6d& device_velocity,
-                                  const Matrix3d& force_selection,
-                                  const Matrix3d& contact_normals,
+Vector6d HapticController::Update(const HapticControllerInput& input,
                                   HapticControllerState* state) const noexcept {
-  if (!reference_force.allFinite() || !reference_moment.allFinite() ||
-      !device_velocity.allFinite() || !force_selection.allFinite() ||
-      !AreNormals(contact_normals)) {
+  if (!IsUsable(input)) {
     ++state->bad_inputs;
     return Vector6d::Zero();
   }
-  const Matrix3d& Omega = blend_.Update(force_selection, &state->selection);
-  if (!contact_normals.isZero(0) || state->selection.progress >= 1) {
-    state->contact_normals = contact_normals;
+  const Matrix3d& Omega =
+      blend_.Update(input.force_selection, &state->selection);
+  if (!input.contact_normals.isZero(0) || state->selection.progress >= 1) {
+    state->contact_normals = input.contact_normals;
   }
-  const Vector3d damping =
-      params_.force_damping * (Omega * device_velocity.head<3>());
-  const Vector3d force =
-      RemovePull(reference_force - damping, state->contact_normals);
+  Vector3d force;
+  if (params_.method == HapticControlMethod::kPosition) {
+    force = HoldProxy(input, Omega, state);
+  } else {
+    const Vector3d damping =
+        params_.force_damping * (Omega * input.device_velocity.head<3>());
+    force = RemovePull(input.reference_force - damping, state->contact_normals);
+  }
+  if (params_.method == HapticControlMethod::kForceFeedback) {
+    force = CloseForceLoop(force, input.handle_force, state);
+  }
   Vector6d wrench;
   wrench << Saturate(force, params_.max_force),
-      Saturate(reference_moment, params_.max_moment);
+      Saturate(input.reference_moment, params_.max_moment);
   return wrench;
+}
+
+bool HapticController::IsUsable(
+    const HapticControllerInput& input) const noexcept {
+  if (params_.method == HapticControlMethod::kForceFeedback &&
+      !input.handle_force.allFinite()) {
+    return false;
+  }
+  if (params_.method == HapticControlMethod::kPosition &&
+      !input.proxy_displacement.allFinite()) {
+    return false;
+  }
+  return input.reference_force.allFinite() &&
+         input.reference_moment.allFinite() &&
+         input.device_velocity.allFinite() &&
+         input.force_selection.allFinite() && AreNormals(input.contact_normals);
+}
+
+Vector3d HapticController::CloseForceLoop(
+    const Vector3d& force, const Vector3d& handle_force,
+    HapticControllerState* state) const noexcept {
+  state->sensed += sensed_gain_ * (handle_force - state->sensed);
+  const Vector3d error = force - state->sensed;
+  state->integral_force =
+      Saturate(state->integral_force +
+                   params_.force_integral_gain * params_.period * error,
+               params_.max_integral_force);
+  return force + params_.force_gain * error + state->integral_force;
+}
+
+Vector3d HapticController::HoldProxy(
+    const HapticControllerInput& input, const Matrix3d& Omega,
+    HapticControllerState* state) const noexcept {
+  const Vector3d spring =
+      -params_.position_stiffness * (Omega * input.proxy_displacement);
+  state->position_force =
+      RateLimit(state->position_force, Saturate(spring, params_.max_force),
+                params_.position_force_rate * params_.period);
+  const Vector3d outside =
+      input.reference_force - Omega * input.reference_force;
+  const Vector3d damping =
+      params_.position_damping * (Omega * input.device_velocity.head<3>());
+  return RemovePull(outside + state->position_force - damping,
+                    state->contact_normals);
 }
 
 }  // namespace dual_proxy

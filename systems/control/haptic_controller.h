@@ -3,15 +3,43 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <utility>
 
+#include "dual_proxy/common/enum_strings.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/selection_blend.h"
 
 namespace dual_proxy {
 
+/** How a haptic device is made to give the hand its force. */
+enum class HapticControlMethod {
+  /// Eq. (18): for light devices, whose mass the hand hardly feels.
+  kOpenLoop,
+  /// PI on a force sensor between device and hand.
+  kForceFeedback,
+  /// A position loop on the haptic proxy: for heavy devices without a sensor.
+  kPosition,
+};
+
+template <>
+struct EnumStrings<HapticControlMethod> {
+  static constexpr std::pair<HapticControlMethod, const char*> kValues[] = {
+      {HapticControlMethod::kOpenLoop, "open_loop"},
+      {HapticControlMethod::kForceFeedback, "force_feedback"},
+      {HapticControlMethod::kPosition, "position"}};
+};
+
 /** Parameters of HapticController. */
 struct HapticControllerParams {
+  HapticControlMethod method{HapticControlMethod::kOpenLoop};
   double force_damping{27};
+  double force_gain{8};
+  double force_integral_gain{30};
+  double max_integral_force{10};
+  double force_filter_cutoff{30};
+  double position_stiffness{4000};
+  double position_damping{150};
+  double position_force_rate{300};
   double max_force{12};
   double max_moment{0};
   double selection_blend_time{0.03};
@@ -23,8 +51,27 @@ struct HapticControllerParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
+    VisitEnum(a, "HapticControllerParams", "method", &method,
+              "for a light device, one with a force sensor, a heavy one");
     a->Visit(Field("force_damping", &force_damping, AtLeast(0), "N s/m",
-                   "Kvf_h: 90 % of the Omega.7's maximum"));
+                   "Kvf_h: 90 % of the Omega.7's maximum; not with `position`, "
+                   "which has its own"));
+    a->Visit(Field("force_gain", &force_gain, AtLeast(0), "",
+                   "Kpf_h, of force_feedback: the hand feels the device's mass "
+                   "divided by 1 + this"));
+    a->Visit(Field("force_integral_gain", &force_integral_gain, AtLeast(0),
+                   "1/s", "Kif_h, of force_feedback"));
+    a->Visit(Field("max_integral_force", &max_integral_force, AtLeast(0), "N",
+                   "bound on what the integral adds"));
+    a->Visit(Field("force_filter_cutoff", &force_filter_cutoff, AtLeast(0),
+                   "Hz", "low-pass of the sensed force; 0 is none"));
+    a->Visit(Field("position_stiffness", &position_stiffness, AtLeast(0), "N/m",
+                   "of `position`, towards the haptic proxy"));
+    a->Visit(Field("position_damping", &position_damping, AtLeast(0), "N s/m",
+                   "of `position`, in force space"));
+    a->Visit(Field("position_force_rate", &position_force_rate, Above(0), "N/s",
+                   "bound on the change of that spring's force, whose proxy "
+                   "moves with each message"));
     a->Visit(Field("max_force", &max_force, AtLeast(0), "N",
                    "the device's maximum"));
     a->Visit(Field("max_moment", &max_moment, AtLeast(0), "N m",
@@ -38,24 +85,59 @@ struct HapticControllerParams {
   }
 };
 
+/** One cycle's inputs of HapticController, in D. */
+struct HapticControllerInput {
+  /** F_h, N, and M_h, N m: on the hand. */
+  Eigen::Vector3d reference_force{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d reference_moment{Eigen::Vector3d::Zero()};
+  /** [linear; angular], m/s, rad/s. */
+  Eigen::Matrix<double, 6, 1> device_velocity{
+      Eigen::Matrix<double, 6, 1>::Zero()};
+  Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};  ///< Omega_fh.
+  /** Unit vectors into surfaces as columns, or zero. */
+  Eigen::Matrix3d contact_normals{Eigen::Matrix3d::Zero()};
+  /** x_h - x_ph, m: handle minus haptic proxy; of kPosition alone. */
+  Eigen::Vector3d proxy_displacement{Eigen::Vector3d::Zero()};
+  /** N: of the handle on the hand, as sensed; of kForceFeedback alone. */
+  Eigen::Vector3d handle_force{Eigen::Vector3d::Zero()};
+};
+
 /** Memory of HapticController. */
 struct HapticControllerState {
   SelectionBlendState selection;
   /// In force: those that were given last, until the damping of the selection
   /// that they belong to has gone.
   Eigen::Matrix3d contact_normals{Eigen::Matrix3d::Zero()};
+  /// Filtered force of the handle on the hand, and the integral's, N, in D.
+  Eigen::Vector3d sensed{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d integral_force{Eigen::Vector3d::Zero()};
+  /// N, in D: of the spring towards the haptic proxy.
+  Eigen::Vector3d position_force{Eigen::Vector3d::Zero()};
   std::int64_t bad_inputs{0};  ///< Cycles refused.
 };
 
-/** Open-loop force control of the haptic device, eq. (18):
+/** Local control of the haptic device. What the hand is to feel is, in D,
 
     F = F_h - Kvf_h Omega_fh v_h,   M = M_h
 
-on the hand, in D. A new Omega_fh takes over by a SelectionBlend, without which
-the damping steps by up to a newton at touch. What would pull the hand into a
-surface is left out (RemovePull()): what damps a hand that lifts would do so.
-The device compensates its own gravity p_h. Force and moment are saturated last,
-on their norms. If an input is not finite, or a normal no unit vector, the
+and what is commanded is, by `method`,
+
+    open_loop:       F, eq. (18)
+    force_feedback:  F + Kpf_h (F - F_s) + Kif_h int(F - F_s)
+    position:        F_h outside of force space, and in it
+                     -K Omega_fh (x_h - x_ph) - D Omega_fh v_h
+
+The paper names the last two in section V.A without equations. Force feedback
+hides mass and friction of the device in all directions, those of free motion,
+too. The position loop holds the hand at the haptic proxy; with
+position_stiffness above k_vir_h it feels more than the robot, and a scheme
+without force space has open-loop control by it.
+
+A new Omega_fh takes over by a SelectionBlend, without which the damping steps
+by up to a newton at touch. What would pull the hand into a surface is left out
+of F (RemovePull()): what damps a hand that lifts would do so. The device
+compensates its own gravity p_h. Force and moment are saturated last, on their
+norms. If an input that is used is not finite, or a normal no unit vector, the
 device wrench is zero and state.bad_inputs counts it.
 
 Update() neither allocates nor throws. */
@@ -71,25 +153,24 @@ class HapticController {
   }
 
   /** Computes one cycle.
-  @param reference_force   F_h, 3-vector, N, in D: on the hand.
-  @param reference_moment  M_h, 3-vector, N m, in D.
-  @param device_velocity   [linear; angular], m/s, rad/s, in D.
-  @param force_selection   Omega_fh, 3x3, in D.
-  @param contact_normals   3x3, in D: unit vectors into surfaces as columns, or
-    zero.
   @param[in,out] state     made by MakeState().
   @returns [force; moment], N, N m, in D: on the hand. */
   Eigen::Matrix<double, 6, 1> Update(
-      const Eigen::Vector3d& reference_force,
-      const Eigen::Vector3d& reference_moment,
-      const Eigen::Matrix<double, 6, 1>& device_velocity,
-      const Eigen::Matrix3d& force_selection,
-      const Eigen::Matrix3d& contact_normals,
+      const HapticControllerInput& input,
       HapticControllerState* state) const noexcept;
 
  private:
+  bool IsUsable(const HapticControllerInput& input) const noexcept;
+  Eigen::Vector3d CloseForceLoop(const Eigen::Vector3d& force,
+                                 const Eigen::Vector3d& handle_force,
+                                 HapticControllerState* state) const noexcept;
+  Eigen::Vector3d HoldProxy(const HapticControllerInput& input,
+                            const Eigen::Matrix3d& Omega,
+                            HapticControllerState* state) const noexcept;
+
   HapticControllerParams params_;
   SelectionBlend blend_;
+  double sensed_gain_;
 };
 
 }  // namespace dual_proxy

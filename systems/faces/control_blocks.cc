@@ -128,14 +128,6 @@ class OperationalSpaceControllerBlock final
   ArmModel<7> arm_;
 };
 
-struct HapticControllerInput {
-  Eigen::Vector3d reference_force{Eigen::Vector3d::Zero()};
-  Eigen::Vector3d reference_moment{Eigen::Vector3d::Zero()};
-  Vector6 device_velocity{Vector6::Zero()};
-  Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
-  Eigen::Matrix3d contact_normals{Eigen::Matrix3d::Zero()};
-};
-
 struct HapticControllerMemory {
   HapticControllerState state;
   Vector6 device_wrench{Vector6::Zero()};
@@ -160,13 +152,17 @@ class HapticControllerBlock final
                      &input->device_velocity);
     ports->GetVector({"force_selection", "Omega_fh"}, &input->force_selection);
     ports->GetVector(kContactNormals, &input->contact_normals);
+    ports->GetVector(
+        {"proxy_displacement",
+         "x_h - x_ph, m: handle minus haptic proxy (used by method "
+         "`position`)"},
+        &input->proxy_displacement);
+    ports->GetVector(kHandleForce, &input->handle_force);
   }
 
   void Update(double, const HapticControllerInput& input,
               HapticControllerMemory* memory) const override {
-    memory->device_wrench = controller_.Update(
-        input.reference_force, input.reference_moment, input.device_velocity,
-        input.force_selection, input.contact_normals, &memory->state);
+    memory->device_wrench = controller_.Update(input, &memory->state);
   }
 
   void WriteOutputs(double, const HapticControllerMemory& memory, InputPorts*,

@@ -18,6 +18,11 @@ inline constexpr PortText kContactNormals{
     "contact_normals",
     "unit vectors INTO the surfaces, columns of a row-major 3x3; zero: none"};
 
+inline constexpr PortText kHandleForce{
+    "handle_force",
+    "N, of the handle on the hand, from a force sensor there (used by method "
+    "`force_feedback`)"};
+
 /** The ports that show what a filter has found. */
 inline void WriteFound(const ContactPerceptionState& perception,
                        OutputPorts* ports) {

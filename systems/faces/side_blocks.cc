@@ -258,6 +258,7 @@ class HapticSideBlock final
                       "[linear; angular], m/s, rad/s (not with a simulated "
                       "device)"},
                      &input->device_velocity, Need::kRequired);
+    ports->GetVector(kHandleForce, &input->handle_force);
   }
 
   void Update(double time, const HapticSideInput& input,
@@ -272,7 +273,8 @@ class HapticSideBlock final
     side_.Update(time,
                  {.message = input.message,
                   .X_DH = memory->device.read_pose,
-                  .device_velocity = memory->device.read_velocity},
+                  .device_velocity = memory->device.read_velocity,
+                  .handle_force = memory->device.handle_force},
                  &memory->side);
     const OperatorPathSample intended = path_->Calc(time);
     device_->Update({.p = intended.position, .R = intended.rotation},

@@ -109,6 +109,9 @@ class SimulatedHapticDeviceBlock final
     ports->PutCounts(
         {"bad_inputs", "steps with an input that was refused so far"},
         {state.bad_inputs});
+    ports->PutVector({"handle_force",
+                      "N, of the handle on the hand, as a sensor there reads"},
+                     state.handle_force);
   }
 
   OperatorPath path_;

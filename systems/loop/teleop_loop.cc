@@ -106,7 +106,8 @@ void TeleopLoop<Robot>::UpdateHapticSide(double time,
   haptic_.Update(time,
                  {.message = channel_.Receive(time, state->to_device),
                   .X_DH = state->device.read_pose,
-                  .device_velocity = state->device.read_velocity},
+                  .device_velocity = state->device.read_velocity,
+                  .handle_force = state->device.handle_force},
                  &state->haptic);
   const OperatorPathSample intended = path_.Calc(time);
   device_.Update({.p = intended.position, .R = intended.rotation},

@@ -52,6 +52,7 @@ void HapticSide::Update(double time, const HapticSideInput& input,
   HapticSideOutput& output = state->output;
   output.X_DH = input.X_DH;
   output.device_velocity = input.device_velocity;
+  output.handle_force = input.handle_force;
 
   const std::int64_t refused_by_half = state->half.output().bad_inputs;
   const std::int64_t refused_by_controller = state->controller.bad_inputs;
@@ -62,10 +63,15 @@ void HapticSide::Update(double time, const HapticSideInput& input,
                 .device_wrench = output.device_wrench},
                &state->half);
   const HapticSetpoint& setpoint = state->half.output().setpoint;
-  output.device_wrench =
-      controller_.Update(setpoint.reference_force, setpoint.reference_moment,
-                         input.device_velocity, setpoint.force_selection,
-                         setpoint.contact_normals, &state->controller);
+  output.device_wrench = controller_.Update(
+      {.reference_force = setpoint.reference_force,
+       .reference_moment = setpoint.reference_moment,
+       .device_velocity = input.device_velocity,
+       .force_selection = setpoint.force_selection,
+       .contact_normals = setpoint.contact_normals,
+       .proxy_displacement = input.X_DH.p - state->half.output().proxy_pose.p,
+       .handle_force = input.handle_force},
+      &state->controller);
   if (state->half.output().bad_inputs != refused_by_half ||
       state->controller.bad_inputs != refused_by_controller) {
     ++output.bad_inputs;
@@ -108,6 +114,11 @@ void HapticSide::VisitSignals(const HapticSideState& state,
     sink->Vector(
         {"device_moment", "N m", "D", "sent to the device, on the hand"},
         output.device_wrench.tail<3>());
+  }
+  if (params_.controller.method == HapticControlMethod::kForceFeedback) {
+    sink->Vector(
+        {"handle_force", "N", "D", "sensed, of the handle on the hand"},
+        output.handle_force);
   }
   sink->Matrix({"haptic_force_selection", "", "D", "Omega_fh, row by row"},
                setpoint.force_selection);

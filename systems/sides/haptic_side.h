@@ -46,6 +46,9 @@ struct HapticSideInput {
   Pose X_DH;        ///< Pose of the handle, from home.
   /** [linear; angular], m/s, rad/s. */
   Vector6 device_velocity{Vector6::Zero()};
+  /** N: of the handle on the hand, from a force sensor there; for the
+  controller that has the method kForceFeedback. */
+  Eigen::Vector3d handle_force{Eigen::Vector3d::Zero()};
 };
 
 /** Results of one cycle in D, and what of the inputs belongs in a log. */
@@ -55,6 +58,7 @@ struct HapticSideOutput {
 
   Pose X_DH;
   Vector6 device_velocity{Vector6::Zero()};
+  Eigen::Vector3d handle_force{Eigen::Vector3d::Zero()};
   /** Cycles that the half or the controller refused so far; a cycle that both
   refuse counts once. */
   std::int64_t bad_inputs{0};

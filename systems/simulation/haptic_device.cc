@@ -44,6 +44,7 @@ SimulatedHapticDevice::SimulatedHapticDevice(const Params& params)
       -(params_.hand_damping + params_.device_damping) / mass, 1,  //
       0, 0, 0;
   transition_ = MatrixExponential(A * params_.period).topRows<2>();
+  mobility_ = transition_(1, 2) / mass;
   velocity_gain_ = LowPassGain(params_.velocity_cutoff, params_.period);
 }
 
@@ -78,9 +79,18 @@ void SimulatedHapticDevice::Update(
   inputs.row(0) = state->pose.p - start;
   inputs.row(1) = state->velocity - v_intended;
   inputs.row(2) = (force - params_.device_damping * v_intended) / mass;
-  const Eigen::Matrix<double, 2, 3> next = transition_ * inputs;
+  Eigen::Matrix<double, 2, 3> next = transition_ * inputs;
+  Eigen::Vector3d friction = Eigen::Vector3d::Zero();
+  if (params_.device_friction > 0) {
+    const Eigen::Vector3d sliding = next.row(1).transpose() + v_intended;
+    friction = Saturate(-sliding / mobility_, params_.device_friction);
+    next += transition_.col(2) * (friction / mass).transpose();
+  }
+  const Eigen::Vector3d p_start = state->pose.p;
+  const Eigen::Vector3d v_start = state->velocity;
   const Eigen::Vector3d p = next.row(0).transpose() + state->intended.p;
   state->velocity = next.row(1).transpose() + v_intended;
+  const Eigen::Vector3d v_free = state->velocity;
   state->pose.p = ClampToWorkspace(p);
   const Eigen::Vector3d outward = p - state->pose.p;
   if (outward.squaredNorm() > 0) {
@@ -93,6 +103,14 @@ void SimulatedHapticDevice::Update(
       if (speed > 0) state->velocity -= speed / wall.squaredNorm() * wall;
     }
   }
+  // What is left of all that acts on the device, its ends included, beside what
+  // its mass takes.
+  const Eigen::Vector3d end_stop =
+      mass / params_.period * (state->velocity - v_free);
+  state->handle_force =
+      force + friction + end_stop -
+      params_.device_damping / params_.period * (state->pose.p - p_start) -
+      params_.device_mass / params_.period * (state->velocity - v_start);
   state->pose.R = state->intended.R;
   state->hand_force =
       params_.hand_stiffness * (state->intended.p - state->pose.p) +

@@ -17,6 +17,7 @@ struct SimulatedHapticDeviceParams {
   double hand_damping{30};
   double device_mass{0.25};
   double device_damping{1};
+  double device_friction{0};
   double max_force{12};
   double workspace_radius{0.08};
   double workspace_half_length{0.055};
@@ -43,6 +44,8 @@ struct SimulatedHapticDeviceParams {
                    "moving mass of the device at the handle"));
     a->Visit(Field("device_damping", &device_damping, AtLeast(0), "N s/m",
                    "friction of the device, as viscous damping to its base"));
+    a->Visit(Field("device_friction", &device_friction, AtLeast(0), "N",
+                   "dry friction of the device, which also holds it still"));
     a->Visit(Field("max_force", &max_force, AtLeast(0), "N",
                    "no larger force leaves the device, whatever is commanded"));
     a->Visit(Field("workspace_radius", &workspace_radius, Above(0), "m",
@@ -74,6 +77,10 @@ struct SimulatedHapticDeviceState {
   wants to move the handle. */
   Eigen::Vector3d hand_force{Eigen::Vector3d::Zero()};
 
+  /** N, in D: of the handle on the hand, mean over the period. What a force
+  sensor in the handle reads, whatever the device was told. */
+  Eigen::Vector3d handle_force{Eigen::Vector3d::Zero()};
+
   /** The last intended pose X_DH that was valid. */
   Pose intended;
 
@@ -85,10 +92,11 @@ struct SimulatedHapticDeviceState {
 in a simulated hand. Hand and handle move as one mass:
 
     (m_hand + m_device) a = K (x_intended - x) + B (v_intended - v)
-                            - b_device v + F_device
+                            - b_device v + F_device + F_friction
 
 It is discretised exactly for a force that is held and an intention that moves
-steadily over a period, hence stable for every stiffness, damping and mass. At
+steadily over a period, hence stable for every stiffness, damping and mass. Dry
+friction is the force, up to its limit, with which the period ends at rest. At
 the end of the workspace the handle stops without bouncing. The wrist is
 passive: the handle's orientation is the intended one, and a commanded moment
 has no effect.
@@ -127,6 +135,7 @@ class SimulatedHapticDevice {
   // [x - x_intended; v] after a period, from the same and the held
   // acceleration.
   Eigen::Matrix<double, 2, 3> transition_;
+  double mobility_{0};  // m/s after a period, per N that is held over it.
   double velocity_gain_{1};
 };
 

@@ -93,9 +93,12 @@ class TextbookBench {
 
     const HapticSetpoint& setpoint = haptic_state_.output.setpoint;
     device_wrench_ = device_controller_.Update(
-        setpoint.reference_force, setpoint.reference_moment,
-        haptic.device_velocity, setpoint.force_selection,
-        setpoint.contact_normals, &device_controller_state_);
+        {.reference_force = setpoint.reference_force,
+         .reference_moment = setpoint.reference_moment,
+         .device_velocity = haptic.device_velocity,
+         .force_selection = setpoint.force_selection,
+         .contact_normals = setpoint.contact_normals},
+        &device_controller_state_);
     device_.Update({.p = params_.hand}, Eigen::Vector3d::Zero(), device_wrench_,
                    &device_state_);
     MoveMass(CalcRobotForce(robot));

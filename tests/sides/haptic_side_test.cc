@@ -66,11 +66,13 @@ TEST_F(HapticSideTest, SameAsItsParts) {
                  .device_velocity = input.device_velocity},
                 &half_state);
     const HapticSetpoint& setpoint = half_state.output().setpoint;
-    EXPECT_EQ(
-        state_.output.device_wrench,
-        controller.Update(setpoint.reference_force, setpoint.reference_moment,
-                          input.device_velocity, setpoint.force_selection,
-                          setpoint.contact_normals, &controller_state));
+    EXPECT_EQ(state_.output.device_wrench,
+              controller.Update({.reference_force = setpoint.reference_force,
+                                 .reference_moment = setpoint.reference_moment,
+                                 .device_velocity = input.device_velocity,
+                                 .force_selection = setpoint.force_selection,
+                                 .contact_normals = setpoint.contact_normals},
+                                &controller_state));
     EXPECT_EQ(state_.half.output().message.sequence,
               half_state.output().message.sequence);
     EXPECT_EQ(state_.half.output().message.body,

@@ -69,6 +69,48 @@ TEST_F(SimulatedHapticDeviceTest, FollowsAMovingIntention) {
   EXPECT_LT((intended.p - state.pose.p - v * 1.0 / 600).norm(), 1e-12);
 }
 
+TEST_F(SimulatedHapticDeviceTest, DryFrictionHoldsStillAndSlides) {
+  params_.device_friction = 2;
+  const SimulatedHapticDevice dut(params_);
+  SimulatedHapticDeviceState state = dut.MakeState();
+  for (int i = 0; i < 100; ++i) {
+    dut.Update({}, zero_, Wrench({0, 1.9, 0}), &state);
+  }
+  EXPECT_LT(state.pose.p.norm(), 1e-12);
+  EXPECT_LT(state.handle_force.norm(), 1e-9);
+  // Pulled along it takes the friction, dry and viscous.
+  const Vector3d v(0.02, 0, 0);
+  Pose intended;
+  for (int i = 0; i < 2000; ++i) {
+    intended.p += v * params_.period;
+    dut.Update(intended, v, no_wrench_, &state);
+  }
+  EXPECT_LT((state.velocity - v).norm(), 1e-9);
+  EXPECT_NEAR(state.handle_force.x(), -(2 + 1 * 0.02), 1e-9);
+}
+
+// What the handle does to the hand is what moves the hand, beside its own pull.
+TEST_F(SimulatedHapticDeviceTest, HandleForceIsTheHandsBalance) {
+  params_.device_mass = 4;
+  params_.device_friction = 1;
+  params_.period = 1e-4;  // So that a mean of both ends is the mean.
+  const SimulatedHapticDevice dut(params_);
+  SimulatedHapticDeviceState state = dut.MakeState();
+  for (int i = 0; i < 5000; ++i) {
+    const double t = params_.period * i;
+    const Vector3d pull = state.hand_force;
+    const Vector3d before = state.velocity;
+    dut.Update({{0.03 * std::sin(5 * t), 0, 0.01}, Matrix3d::Identity()},
+               {0.15 * std::cos(5 * t), 0, 0}, Wrench({0, 1, 2 * t}), &state);
+    if (i < 5) continue;  // The intention starts with a step.
+    const Vector3d balance =
+        params_.hand_mass / params_.period * (state.velocity - before) -
+        (pull + state.hand_force) / 2;
+    ASSERT_LT((state.handle_force - balance).norm(), 2e-2) << i;
+  }
+  EXPECT_GT(state.handle_force.norm(), 1);
+}
+
 // 1250 N/m is the force-matched virtual wall; the proxy behind it comes over a
 // link at 50 Hz, one message late, and follows the hand.
 TEST_F(SimulatedHapticDeviceTest, IsSteadyAtAVirtualWallOverASlowLink) {

@@ -281,6 +281,8 @@ _MADE_AND_FED = {
             "device_velocity": wave(0.1, 0.0, 0.1, 0.0, 0.0, 0.0),
             "force_selection": selection,
             "contact_normals": normals,
+            "proxy_displacement": wave(0.001, 0.0, 0.002),
+            "handle_force": wave(1.0, 2.0, 2.5),
         },
     ),
     "PoseSender": (
@@ -375,6 +377,7 @@ _MADE_AND_FED = {
             "robot_message": robot_message,
             "device_pose": device_pose,
             "device_velocity": wave(0.1, 0.0, 0.1, 0.0, 0.0, 0.0),
+            "handle_force": wave(1.0, 2.0, 2.5),
         },
     ),
     "HapticSideWithDevice": (
