@@ -441,7 +441,7 @@ void BindHapticController(py::module_& m) {
              const py::object& force_selection, HapticControllerState& state,
              const py::object& contact_normals,
              const py::object& proxy_displacement,
-             const py::object& handle_force) {
+             const py::object& handle_force, const py::object& fixture_force) {
             return self.Update(
                 {.reference_force = Vec3(reference_force, "reference_force"),
                  .reference_moment = Vec3(reference_moment, "reference_moment"),
@@ -450,6 +450,7 @@ void BindHapticController(py::module_& m) {
                  .contact_normals = NormalsOrNone(contact_normals),
                  .proxy_displacement =
                      Vec3(proxy_displacement, "proxy_displacement"),
+                 .fixture_force = Vec3(fixture_force, "fixture_force"),
                  .handle_force = Vec3(handle_force, "handle_force")},
                 &state);
           },
@@ -459,11 +460,13 @@ void BindHapticController(py::module_& m) {
           py::arg("proxy_displacement") =
               Eigen::Vector3d(Eigen::Vector3d::Zero()),
           py::arg("handle_force") = Eigen::Vector3d(Eigen::Vector3d::Zero()),
+          py::arg("fixture_force") = Eigen::Vector3d(Eigen::Vector3d::Zero()),
           "Takes F_h (3,), N, M_h (3,), N m, v_h (6,) [linear; angular], "
           "Omega_fh (3, 3), contact normals (3, 3), columns, x_h - x_ph (3,), "
           "m,\nof method `position`, the sensed force of the handle on the "
           "hand "
-          "(3,), N, of `force_feedback`; in D.\nReturns "
+          "(3,), N, of `force_feedback`, and the force of fixtures (3,), N; in "
+          "D.\nReturns "
           "the device wrench (6,) [force; "
           "moment] on the hand, in D.");
 }

@@ -73,6 +73,7 @@ void BindLoop(py::module_& m) {
         robot_params.planner.directions = {Eigen::Vector3d::UnitZ()};
         HapticSideParams haptic_params;
         haptic_params.controller.method = HapticControlMethod::kForceFeedback;
+        haptic_params.aids.buttons = true;
         const CommunicationChannelState channel =
             CommunicationChannel(CommunicationChannelParams()).MakeState(0);
         py::list result;

@@ -296,6 +296,24 @@ void BindRobotSide(py::module_& m) {
 }
 
 void BindHapticSide(py::module_& m) {
+  BindParams<ClutchParams>(m, "ClutchParams",
+                           "Parameters of the clutch, which moves the "
+                           "device's home.")
+      .Fields();
+  BindParams<HomingParams>(m, "HomingParams",
+                           "How the handle is led to the device's home.")
+      .Fields();
+  BindParams<WorkspaceWallParams>(m, "WorkspaceWallParams",
+                                  "A soft wall at the edge of the device's "
+                                  "workspace.")
+      .Fields();
+  BindParams<GuidanceParams>(m, "GuidanceParams",
+                             "A virtual fixture that guides the hand.")
+      .Fields();
+  BindParams<OperatorAidsParams>(m, "OperatorAidsParams",
+                                 "What operators of haptic devices expect of "
+                                 "every scheme.")
+      .Fields();
   using P = HapticSideParams;
   BindParams<P>(m, "HapticSideParams",
                 "Parameters of HapticSide; all `period` fields are the same.")
@@ -304,8 +322,7 @@ void BindHapticSide(py::module_& m) {
   using S = HapticSideState;
   using Q = HapticSetpoint;
   const auto setpoint = [](auto member) {
-    return
-        [member](const S& self) { return self.half.output().setpoint.*member; };
+    return [member](const S& self) { return self.output.setpoint.*member; };
   };
   BindState<S>(m, "HapticSideState",
                "Memory of HapticSide, and the results of the last cycle, in D.")
@@ -340,7 +357,13 @@ void BindHapticSide(py::module_& m) {
           "LinkMonitorState. A copy.")
       .def_property_readonly(
           "bad_inputs", [](const S& self) { return self.output.bad_inputs; },
-          "cycles refused so far");
+          "cycles refused so far")
+      .def_property_readonly(
+          "clutched", [](const S& self) { return self.aids.clutch.clutched; },
+          "whether the robot holds its place and the hand is free")
+      .def_property_readonly(
+          "homing", [](const S& self) { return self.aids.homing.active; },
+          "whether the handle is on its way home");
 
   py::class_<HapticSide>(m, "HapticSide",
                          "All of the haptic side's work in one control cycle: "
@@ -359,7 +382,8 @@ void BindHapticSide(py::module_& m) {
              const py::object& device_position,
              const py::object& device_rotation,
              const py::object& device_velocity, S& state,
-             const py::object& handle_force) {
+             const py::object& handle_force, bool clutch, bool home,
+             double force_scale) {
             CheckState(self, state);
             self.Update(
                 time,
@@ -368,16 +392,22 @@ void BindHapticSide(py::module_& m) {
                           .R = Mat3(device_rotation, "device_rotation")},
                  .device_velocity =
                      AsFixed<Vector6>(device_velocity, "device_velocity"),
-                 .handle_force = Vec3(handle_force, "handle_force")},
+                 .handle_force = Vec3(handle_force, "handle_force"),
+                 .buttons = {.clutch = clutch,
+                             .home = home,
+                             .force_scale = force_scale}},
                 &state);
           },
           py::arg("time"), py::arg("message"), py::arg("device_position"),
           py::arg("device_rotation"), py::arg("device_velocity"),
           py::arg("state"),
           py::arg("handle_force") = Eigen::Vector3d(Eigen::Vector3d::Zero()),
+          py::arg("clutch") = false, py::arg("home") = false,
+          py::arg("force_scale") = 1.0,
           "Advances `state` by one period. Device pose from home, velocity "
           "(6,) [linear; angular],\nsensed force of the handle on the hand "
-          "(3,), N, in D.");
+          "(3,), N, in D; clutch pressed, way home asked for,\nand the force "
+          "scale, for `params.aids.buttons`.");
 }
 
 }  // namespace

@@ -68,7 +68,11 @@ void BindOperator(py::module_& m) {
             self->rotations = Columns(value, "rotations");
           },
           "(3, n), rad, rotation vectors from the start, in the frame of "
-          "`points`; or (3, 0): no rotation");
+          "`points`; or (3, 0): no rotation")
+      .Field("clutch", &Params::clutch,
+             "[start, end] each, s: the operator presses the clutch")
+      .Field("force_scale", &Params::force_scale,
+             "[time, scale] each, s: what the operator asks for from then on");
   py::class_<OperatorPath>(
       m, "OperatorPath",
       "What the simulated operator intends: a path through given points at "

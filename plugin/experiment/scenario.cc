@@ -186,6 +186,7 @@ void Waypoint::Validate() const { ValidateFields("Waypoint", *this); }
 
 void OperatorParams::Validate() const {
   ValidateFields("OperatorParams", *this);
+  ValidateButtons("OperatorParams", clutch, force_scale);
 }
 
 void Scenario::ApplyPresets() {
@@ -251,8 +252,8 @@ void Scenario::Distribute() {
         &controller.period, &point_controller.period,
         &point_controller.force.period,
         &point_controller.force.passivity.period, &point_mass.period,
-        &haptic_proxy.period, &haptic_controller.period, &device.period,
-        &sensor.period}) {
+        &haptic_proxy.period, &haptic_controller.period, &operator_aids.period,
+        &device.period, &sensor.period}) {
     *period = control_period;
   }
   // As few steps of one length as scene.time_step allows.

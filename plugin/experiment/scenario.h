@@ -27,6 +27,7 @@
 #include "dual_proxy/proxy/workspace_map.h"
 #include "dual_proxy/schemes/schemes.h"
 #include "dual_proxy/sides/local_planner.h"
+#include "dual_proxy/sides/operator_aids.h"
 #include "dual_proxy/simulation/force_torque_sensor.h"
 #include "dual_proxy/simulation/haptic_device.h"
 #include "dual_proxy/simulation/operator.h"
@@ -123,6 +124,8 @@ struct OperatorParams {
   LengthUnit recording_units{LengthUnit::kMetre};
   double recording_scale{1};
   double press_depth{0.04};
+  std::vector<Eigen::Vector2d> clutch;
+  std::vector<Eigen::Vector2d> force_scale;
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
@@ -145,6 +148,12 @@ struct OperatorParams {
     a->Visit(
         Field("press_depth", &press_depth, Between(0, 0.1), "m",
               "how far below first touch a recording's contact height goes"));
+    a->Visit(Field("clutch", &clutch,
+                   "[start, end] each, s: the clutch is pressed; the hand goes "
+                   "on along its path, the robot from then on beside it"));
+    a->Visit(Field("force_scale", &force_scale,
+                   "[time, scale] each, s: by which the hand has its force "
+                   "multiplied from then on"));
   }
 };
 
@@ -216,6 +225,7 @@ struct Scenario {
   LocalPlannerParams planner;
   HapticSideProxyParams haptic_proxy;
   HapticControllerParams haptic_controller;
+  OperatorAidsParams operator_aids;
   SchemesParams schemes;  ///< Of each scheme that has some of its own.
   SimulatedHapticDeviceParams device;
   ForceTorqueSensorParams sensor{[] {
@@ -334,6 +344,9 @@ struct Scenario {
     a->Visit(Field("haptic_proxy", &haptic_proxy,
                    "the dual proxy on the device's side"));
     a->Visit(Field("haptic_controller", &haptic_controller, "of the device"));
+    a->Visit(Field("operator_aids", &operator_aids,
+                   "of the device's side; a schedule of the operator's turns "
+                   "their buttons on"));
     a->Visit(Field("schemes", &schemes, "of each scheme that has some"));
     a->Visit(
         Field("device", &device, "what stands for the device and its hand"));

@@ -35,11 +35,17 @@ RobotSideParams<Robot> MakeRobotSideParams(const Scenario& scenario) {
 }
 
 HapticSideParams MakeHapticSideParams(const Scenario& scenario) {
+  OperatorAidsParams aids = scenario.operator_aids;
+  const OperatorParams& person = scenario.operator_params;
+  if (!person.clutch.empty() || !person.force_scale.empty()) {
+    aids.buttons = true;
+  }
   return {.scheme = scenario.scheme,
           .schemes = scenario.schemes,
           .proxy = scenario.haptic_proxy,
           .controller = scenario.haptic_controller,
-          .sender = scenario.link.sender};
+          .sender = scenario.link.sender,
+          .aids = aids};
 }
 
 OperatorPathParams CalcHandlePath(const Scenario& scenario) {
@@ -49,6 +55,8 @@ OperatorPathParams CalcHandlePath(const Scenario& scenario) {
     point = map.HapticProxy(point, scenario.map.R_cw).p;
   }
   path.rotations = scenario.map.R_DB * path.rotations;
+  path.clutch = scenario.operator_params.clutch;
+  path.force_scale = scenario.operator_params.force_scale;
   return path;
 }
 

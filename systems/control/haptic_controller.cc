@@ -39,7 +39,9 @@ Vector6d HapticController::Update(const HapticControllerInput& input,
   } else {
     const Vector3d damping =
         params_.force_damping * (Omega * input.device_velocity.head<3>());
-    force = RemovePull(input.reference_force - damping, state->contact_normals);
+    force = input.reference_force - damping;
+    if (!input.fixture_force.isZero(0)) force += input.fixture_force;
+    force = RemovePull(force, state->contact_normals);
   }
   if (params_.method == HapticControlMethod::kForceFeedback) {
     force = CloseForceLoop(force, input.handle_force, state);
@@ -60,7 +62,7 @@ bool HapticController::IsUsable(
       !input.proxy_displacement.allFinite()) {
     return false;
   }
-  return input.reference_force.allFinite() &&
+  return input.reference_force.allFinite() && input.fixture_force.allFinite() &&
          input.reference_moment.allFinite() &&
          input.device_velocity.allFinite() &&
          input.force_selection.allFinite() && AreNormals(input.contact_normals);
@@ -90,8 +92,9 @@ Vector3d HapticController::HoldProxy(
       input.reference_force - Omega * input.reference_force;
   const Vector3d damping =
       params_.position_damping * (Omega * input.device_velocity.head<3>());
-  return RemovePull(outside + state->position_force - damping,
-                    state->contact_normals);
+  return RemovePull(
+      outside + state->position_force - damping + input.fixture_force,
+      state->contact_normals);
 }
 
 }  // namespace dual_proxy

@@ -98,6 +98,9 @@ struct HapticControllerInput {
   Eigen::Matrix3d contact_normals{Eigen::Matrix3d::Zero()};
   /** x_h - x_ph, m: handle minus haptic proxy; of kPosition alone. */
   Eigen::Vector3d proxy_displacement{Eigen::Vector3d::Zero()};
+  /** N: on the hand, beside F_h: of walls and guidance (haptic_fixtures.h). No
+  method replaces it. */
+  Eigen::Vector3d fixture_force{Eigen::Vector3d::Zero()};
   /** N: of the handle on the hand, as sensed; of kForceFeedback alone. */
   Eigen::Vector3d handle_force{Eigen::Vector3d::Zero()};
 };
@@ -120,7 +123,8 @@ struct HapticControllerState {
 
     F = F_h - Kvf_h Omega_fh v_h,   M = M_h
 
-and what is commanded is, by `method`,
+(and the force of fixtures, if there are any) and what is commanded is, by
+`method`,
 
     open_loop:       F, eq. (18)
     force_feedback:  F + Kpf_h (F - F_s) + Kif_h int(F - F_s)

@@ -157,6 +157,8 @@ class HapticControllerBlock final
          "x_h - x_ph, m: handle minus haptic proxy (used by method "
          "`position`)"},
         &input->proxy_displacement);
+    ports->GetVector({"fixture_force", "N, of walls and guidance"},
+                     &input->fixture_force);
     ports->GetVector(kHandleForce, &input->handle_force);
   }
 

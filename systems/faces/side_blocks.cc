@@ -259,6 +259,22 @@ class HapticSideBlock final
                       "device)"},
                      &input->device_velocity, Need::kRequired);
     ports->GetVector(kHandleForce, &input->handle_force);
+    OperatorButtons& buttons = input->buttons;
+    ports->GetFlag({"clutch",
+                    "> 0.5 while it is pressed: the robot holds still, the "
+                    "hand is free (not with a simulated device)"},
+                   &buttons.clutch);
+    ports->GetFlag({"home",
+                    "> 0.5 while the handle is to go home (not with a "
+                    "simulated device)"},
+                   &buttons.home);
+    Eigen::Matrix<double, 1, 1> scale(buttons.force_scale);
+    if (ports->GetVector({"force_scale",
+                          "by which F_h is multiplied, 1 without a connection "
+                          "(not with a simulated device)"},
+                         &scale)) {
+      buttons.force_scale = scale(0);
+    }
   }
 
   void Update(double time, const HapticSideInput& input,
@@ -270,13 +286,15 @@ class HapticSideBlock final
     }
     // What the device was told in the step before acts on it now.
     const Vector6 told = memory->side.output.device_wrench;
+    const OperatorPathSample intended = path_->Calc(time);
     side_.Update(time,
                  {.message = input.message,
                   .X_DH = memory->device.read_pose,
                   .device_velocity = memory->device.read_velocity,
-                  .handle_force = memory->device.handle_force},
+                  .handle_force = memory->device.handle_force,
+                  .buttons = {.clutch = intended.clutch,
+                              .force_scale = intended.force_scale}},
                  &memory->side);
-    const OperatorPathSample intended = path_->Calc(time);
     device_->Update({.p = intended.position, .R = intended.rotation},
                     intended.velocity, told, &memory->device);
   }

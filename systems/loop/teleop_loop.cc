@@ -103,13 +103,15 @@ template <typename Robot>
 void TeleopLoop<Robot>::UpdateHapticSide(double time,
                                          State* state) const noexcept {
   const Vector6 told = state->haptic.output.device_wrench;
+  const OperatorPathSample intended = path_.Calc(time);
   haptic_.Update(time,
                  {.message = channel_.Receive(time, state->to_device),
                   .X_DH = state->device.read_pose,
                   .device_velocity = state->device.read_velocity,
-                  .handle_force = state->device.handle_force},
+                  .handle_force = state->device.handle_force,
+                  .buttons = {.clutch = intended.clutch,
+                              .force_scale = intended.force_scale}},
                  &state->haptic);
-  const OperatorPathSample intended = path_.Calc(time);
   device_.Update({.p = intended.position, .R = intended.rotation},
                  intended.velocity, told, &state->device);
 }

@@ -10,7 +10,6 @@ namespace dual_proxy {
 namespace {
 
 HapticHalf MakeHalf(const HapticSideParams& params) {
-  params.Validate();
   return Schemes::MakeHapticHalf(
       static_cast<int>(params.scheme),
       {.proxy = params.proxy, .sender = params.sender}, params.schemes);
@@ -29,10 +28,14 @@ void HapticSideParams::Validate() const {
     ThrowInvalidField(who, "sender.period", "the proxy's period",
                       sender.period);
   }
+  if (aids.period != proxy.period) {
+    ThrowInvalidField(who, "aids.period", "the proxy's period", aids.period);
+  }
 }
 
 HapticSide::HapticSide(HapticSideParams params, bool rotations)
-    : params_(std::move(params)),
+    : params_((params.Validate(), std::move(params))),
+      aids_(params_.aids),
       half_(MakeHalf(params_)),
       controller_(params_.controller),
       rotations_(rotations) {
@@ -42,6 +45,7 @@ HapticSide::HapticSide(HapticSideParams params, bool rotations)
 
 HapticSideState HapticSide::MakeState() const {
   HapticSideState state;
+  state.aids = aids_.MakeState();
   state.half = half_.MakeState();
   state.controller = controller_.MakeState();
   return state;
@@ -50,28 +54,39 @@ HapticSideState HapticSide::MakeState() const {
 void HapticSide::Update(double time, const HapticSideInput& input,
                         HapticSideState* state) const noexcept {
   HapticSideOutput& output = state->output;
-  output.X_DH = input.X_DH;
+  output.X_DH = output.handle = input.X_DH;
   output.device_velocity = input.device_velocity;
   output.handle_force = input.handle_force;
+  Vector6 velocity = input.device_velocity;
+  if (aids_.on()) {
+    aids_.FilterInput(input.buttons, &output.X_DH, &velocity, &state->aids);
+  }
 
   const std::int64_t refused_by_half = state->half.output().bad_inputs;
   const std::int64_t refused_by_controller = state->controller.bad_inputs;
   half_.Update(time,
                {.message = input.message,
-                .X_DH = input.X_DH,
-                .device_velocity = input.device_velocity,
+                .X_DH = output.X_DH,
+                .device_velocity = velocity,
                 .device_wrench = output.device_wrench},
                &state->half);
-  const HapticSetpoint& setpoint = state->half.output().setpoint;
-  output.device_wrench = controller_.Update(
-      {.reference_force = setpoint.reference_force,
-       .reference_moment = setpoint.reference_moment,
-       .device_velocity = input.device_velocity,
-       .force_selection = setpoint.force_selection,
-       .contact_normals = setpoint.contact_normals,
-       .proxy_displacement = input.X_DH.p - state->half.output().proxy_pose.p,
-       .handle_force = input.handle_force},
-      &state->controller);
+  const HapticHalfOutput& half = state->half.output();
+  output.setpoint = half.setpoint;
+  Eigen::Vector3d dx = output.X_DH.p - half.proxy_pose.p;
+  if (aids_.on()) {
+    aids_.FilterSetpoint(state->aids, &output.setpoint);
+    dx *= state->aids.force_gain;
+  }
+  output.device_wrench =
+      controller_.Update({.reference_force = output.setpoint.reference_force,
+                          .reference_moment = output.setpoint.reference_moment,
+                          .device_velocity = input.device_velocity,
+                          .force_selection = output.setpoint.force_selection,
+                          .contact_normals = output.setpoint.contact_normals,
+                          .proxy_displacement = dx,
+                          .fixture_force = state->aids.fixture_force,
+                          .handle_force = input.handle_force},
+                         &state->controller);
   if (state->half.output().bad_inputs != refused_by_half ||
       state->controller.bad_inputs != refused_by_controller) {
     ++output.bad_inputs;
@@ -82,7 +97,7 @@ void HapticSide::VisitSignals(const HapticSideState& state,
                               SignalSink* sink) const {
   const HapticSideOutput& output = state.output;
   const HapticHalfOutput& half = state.half.output();
-  const HapticSetpoint& setpoint = half.setpoint;
+  const HapticSetpoint& setpoint = output.setpoint;
   sink->Vector({"device_position", "m", "D", "x_h, of the handle, from home"},
                output.X_DH.p);
   if (rotations_) {
@@ -142,6 +157,7 @@ void HapticSide::VisitSignals(const HapticSideState& state,
               output.bad_inputs);
   sink->Count("haptic_sender_bad_inputs", "samples that the sender refused",
               half.sender_bad_inputs);
+  aids_.VisitSignals(state.aids, output.handle, sink);
 }
 
 }  // namespace dual_proxy

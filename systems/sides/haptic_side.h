@@ -14,6 +14,7 @@
 #include "dual_proxy/link/pose_sender.h"
 #include "dual_proxy/proxy/haptic_side_proxy.h"
 #include "dual_proxy/schemes/schemes.h"
+#include "dual_proxy/sides/operator_aids.h"
 
 namespace dual_proxy {
 
@@ -24,6 +25,7 @@ struct HapticSideParams {
   HapticSideProxyParams proxy;
   HapticControllerParams controller;
   PoseSenderParams sender;
+  OperatorAidsParams aids;
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
@@ -37,6 +39,7 @@ struct HapticSideParams {
     a->Visit(Field("proxy", &proxy, "what the hand is to feel"));
     a->Visit(Field("controller", &controller, "of the device"));
     a->Visit(Field("sender", &sender, "of its messages"));
+    a->Visit(Field("aids", &aids, "for its operator"));
   }
 };
 
@@ -49,14 +52,17 @@ struct HapticSideInput {
   /** N: of the handle on the hand, from a force sensor there; for the
   controller that has the method kForceFeedback. */
   Eigen::Vector3d handle_force{Eigen::Vector3d::Zero()};
+  OperatorButtons buttons{};  ///< Without aids.buttons they do nothing.
 };
 
 /** Results of one cycle in D, and what of the inputs belongs in a log. */
 struct HapticSideOutput {
   /** [force; moment] on the hand, N, N m. */
   Vector6 device_wrench{Vector6::Zero()};
+  HapticSetpoint setpoint;  ///< The half's, as the controller got it.
 
-  Pose X_DH;
+  Pose X_DH;    ///< From the home that the clutch has moved.
+  Pose handle;  ///< X_DH from the device's own home.
   Vector6 device_velocity{Vector6::Zero()};
   Eigen::Vector3d handle_force{Eigen::Vector3d::Zero()};
   /** Cycles that the half or the controller refused so far; a cycle that both
@@ -66,13 +72,14 @@ struct HapticSideOutput {
 
 /** Memory of HapticSide. */
 struct HapticSideState {
+  OperatorAidsState aids;
   HapticHalf::State half;
   HapticControllerState controller;
   HapticSideOutput output;  ///< Of the last cycle.
 };
 
-/** All of the haptic side's work in one control cycle: the scheme's half and
-the device's controller, in this order. It owns no logic but the order.
+/** All of the haptic side's work in one control cycle: the operator's aids, the
+scheme's half and the device's controller. It owns no logic but the order.
 
 Update() neither allocates nor throws. */
 class HapticSide {
@@ -103,6 +110,7 @@ class HapticSide {
 
  private:
   HapticSideParams params_;
+  OperatorAids aids_;
   HapticHalf half_;
   HapticController controller_;
   bool rotations_;

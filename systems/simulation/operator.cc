@@ -68,6 +68,22 @@ void Interpolate(PathInterpolation interpolation,
 
 }  // namespace
 
+void ValidateButtons(const char* who,
+                     const std::vector<Eigen::Vector2d>& clutch,
+                     const std::vector<Eigen::Vector2d>& force_scale) {
+  for (const Eigen::Vector2d& pressed : clutch) {
+    ThrowUnlessIn(who, "clutch", pressed, AtLeast(0));
+    ThrowUnlessIn(who, "clutch", pressed(1), Above({pressed(0), "its start"}));
+  }
+  double last = -1;
+  for (const Eigen::Vector2d& scale : force_scale) {
+    ThrowUnlessIn(who, "force_scale", scale, AtLeast(0));
+    ThrowUnlessIn(who, "force_scale", scale(0),
+                  Above({last, "the time before"}));
+    last = scale(0);
+  }
+}
+
 void OperatorPathParams::Validate() const {
   constexpr const char* kWho = "OperatorPathParams";
   if (times.size() < 1) {
@@ -90,6 +106,7 @@ void OperatorPathParams::Validate() const {
                       static_cast<double>(rotations.cols()));
   }
   ThrowUnlessIn(kWho, "rotations", rotations, Finite());
+  ValidateButtons(kWho, clutch, force_scale);
   if (interpolation != PathInterpolation::kMinimumJerk &&
       interpolation != PathInterpolation::kLinear &&
       interpolation != PathInterpolation::kCubic) {
@@ -128,6 +145,12 @@ OperatorPathSample OperatorPath::Calc(double time) const noexcept {
     Interpolate(params_.interpolation, params_.rotations, rotation_tangents_,
                 place, &rotation, &rate);
     sample.rotation = ExpRotation(rotation);
+  }
+  for (const Eigen::Vector2d& pressed : params_.clutch) {
+    if (time >= pressed(0) && time < pressed(1)) sample.clutch = true;
+  }
+  for (const Eigen::Vector2d& scale : params_.force_scale) {
+    if (time >= scale(0)) sample.force_scale = scale(1);
   }
   return sample;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <utility>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -38,16 +39,30 @@ struct OperatorPathParams {
   the frame of `points`. Between two of them their coordinates are interpolated.
 */
   Eigen::Matrix3Xd rotations{Eigen::Matrix3Xd::Zero(3, 0)};
+  /** [start, end], s, each: the operator presses the clutch from start until
+  end. */
+  std::vector<Eigen::Vector2d> clutch{};
+  /** [time, scale] each, times increasing, scales >= 0: the force scale that
+  the operator asks for from then on; 1 before. */
+  std::vector<Eigen::Vector2d> force_scale{};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
 };
+
+/** Checks the lists of OperatorPathParams.
+@throws std::invalid_argument naming the field, its range and value. */
+void ValidateButtons(const char* who,
+                     const std::vector<Eigen::Vector2d>& clutch,
+                     const std::vector<Eigen::Vector2d>& force_scale);
 
 /** A point of an OperatorPath, in the frame of its points. */
 struct OperatorPathSample {
   Eigen::Vector3d position{Eigen::Vector3d::Zero()};      ///< m.
   Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};      ///< m/s.
   Eigen::Matrix3d rotation{Eigen::Matrix3d::Identity()};  ///< From the start.
+  bool clutch{false};     ///< Whether it is pressed.
+  double force_scale{1};  ///< That is asked for.
 };
 
 /** What the simulated operator intends: a path through given points at given

@@ -155,6 +155,25 @@ TEST_F(OperatorPathTest, DoesNotAllocate) {
   EXPECT_EQ(guard.count(), 0);
 }
 
+TEST_F(OperatorPathTest, PressesButtonsAtTheirTimes) {
+  params_.clutch = {{1, 2}, {3, 3.5}};
+  params_.force_scale = {{1.5, 0.5}, {2.5, 2}};
+  const OperatorPath dut(params_);
+  const auto clutch = [&](double time) { return dut.Calc(time).clutch; };
+  EXPECT_FALSE(clutch(0.99) || clutch(2) || clutch(3.6));
+  EXPECT_TRUE(clutch(1) && clutch(1.99) && clutch(3.2));
+  EXPECT_EQ(dut.Calc(1.4).force_scale, 1);
+  EXPECT_EQ(dut.Calc(1.5).force_scale, 0.5);
+  EXPECT_EQ(dut.Calc(9).force_scale, 2);
+  params_.clutch = {{2, 1}};
+  EXPECT_EQ(ValidationError(params_),
+            "OperatorPathParams: field `clutch` expected a finite value > its "
+            "start = 2, got 1");
+  params_.clutch.clear();
+  params_.force_scale = {{1, 1}, {1, 2}};
+  EXPECT_NE(ValidationError(params_).find("`force_scale`"), std::string::npos);
+}
+
 TEST_F(OperatorPathTest, ErrorsNameFieldRangeAndValue) {
   const std::string who = "OperatorPathParams: field ";
   OperatorPathParams params = params_;

@@ -282,6 +282,7 @@ _MADE_AND_FED = {
             "force_selection": selection,
             "contact_normals": normals,
             "proxy_displacement": wave(0.001, 0.0, 0.002),
+            "fixture_force": wave(0.1, 0.0, 0.2),
             "handle_force": wave(1.0, 2.0, 2.5),
         },
     ),
@@ -378,6 +379,9 @@ _MADE_AND_FED = {
             "device_pose": device_pose,
             "device_velocity": wave(0.1, 0.0, 0.1, 0.0, 0.0, 0.0),
             "handle_force": wave(1.0, 2.0, 2.5),
+            "clutch": tare,
+            "home": tare,
+            "force_scale": constant(0.5),
         },
     ),
     "HapticSideWithDevice": (
