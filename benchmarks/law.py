@@ -61,7 +61,18 @@ SINGLE: dict[str, dict[str, Any]] = {
         "filter.likelihood": "paper",
         "filter.period": 1 / 15,
     },
+    "filter `paper` at 15 Hz, scatter 0.01 (8.4)": {
+        "filter.likelihood": "paper",
+        "filter.period": 1 / 15,
+        "filter.scatter_std": 0.01,
+    },
+    "filter `paper` at 15 Hz, scatter 0.05 (8.4)": {
+        "filter.likelihood": "paper",
+        "filter.period": 1 / 15,
+        "filter.scatter_std": 0.05,
+    },
     "filter `paper` at 100 Hz (11.2)": {"filter.likelihood": "paper"},
+    "F_h not limited in its rate (8.6)": {"haptic_proxy.force_rate": 1e4},
     "no limit of 10 N on the robot": {"robot_proxy.max_force": 20.0},
 }
 KEYS = {

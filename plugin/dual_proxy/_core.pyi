@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'Message', 'ModelMediatedParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GuidanceParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -3736,7 +3736,7 @@ class HapticControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'force_damping': "N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum, default 27", 'max_force': "N, >= 0: the device's maximum, default 12", 'max_moment': 'N m, >= 0: 0 for a device without moments, default 0', 'selection_blend_time': 's, >= 0: in which the damping of a new selection takes over; 0 switches at once, as printed, default 0.03', 'period': "s, > 0: of the device's control, default 0.001"}
+    fields: typing.ClassVar[dict] = {'method': 'one of "open_loop", "force_feedback", "position": for a light device, one with a force sensor, a heavy one, default "open_loop"', 'force_damping': "N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum; not with `position`, which has its own, default 27", 'force_gain': ">= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this, default 8", 'force_integral_gain': '1/s, >= 0: Kif_h, of force_feedback, default 30', 'max_integral_force': 'N, >= 0: bound on what the integral adds, default 10', 'force_filter_cutoff': 'Hz, >= 0: low-pass of the sensed force; 0 is none, default 30', 'position_stiffness': 'N/m, >= 0: of `position`, towards the haptic proxy, default 4000', 'position_damping': 'N s/m, >= 0: of `position`, in force space, default 150', 'position_force_rate': "N/s, > 0: bound on the change of that spring's force, whose proxy moves with each message, default 300", 'max_force': "N, >= 0: the device's maximum, default 12", 'max_moment': 'N m, >= 0: 0 for a device without moments, default 0', 'selection_blend_time': 's, >= 0: in which the damping of a new selection takes over; 0 switches at once, as printed, default 0.03', 'period': "s, > 0: of the device's control, default 0.001"}
     def __copy__(self) -> HapticControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> HapticControllerParams:
@@ -3761,10 +3761,34 @@ class HapticControllerParams:
     @property
     def force_damping(self) -> float:
         """
-        N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum, default 27
+        N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum; not with `position`, which has its own, default 27
         """
     @force_damping.setter
     def force_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_filter_cutoff(self) -> float:
+        """
+        Hz, >= 0: low-pass of the sensed force; 0 is none, default 30
+        """
+    @force_filter_cutoff.setter
+    def force_filter_cutoff(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_gain(self) -> float:
+        """
+        >= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this, default 8
+        """
+    @force_gain.setter
+    def force_gain(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_integral_gain(self) -> float:
+        """
+        1/s, >= 0: Kif_h, of force_feedback, default 30
+        """
+    @force_integral_gain.setter
+    def force_integral_gain(self, arg1: typing.Any) -> None:
         ...
     @property
     def max_force(self) -> float:
@@ -3775,6 +3799,14 @@ class HapticControllerParams:
     def max_force(self, arg1: typing.Any) -> None:
         ...
     @property
+    def max_integral_force(self) -> float:
+        """
+        N, >= 0: bound on what the integral adds, default 10
+        """
+    @max_integral_force.setter
+    def max_integral_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def max_moment(self) -> float:
         """
         N m, >= 0: 0 for a device without moments, default 0
@@ -3783,12 +3815,44 @@ class HapticControllerParams:
     def max_moment(self, arg1: typing.Any) -> None:
         ...
     @property
+    def method(self) -> str:
+        """
+        one of "open_loop", "force_feedback", "position": for a light device, one with a force sensor, a heavy one, default "open_loop"
+        """
+    @method.setter
+    def method(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def period(self) -> float:
         """
         s, > 0: of the device's control, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def position_damping(self) -> float:
+        """
+        N s/m, >= 0: of `position`, in force space, default 150
+        """
+    @position_damping.setter
+    def position_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def position_force_rate(self) -> float:
+        """
+        N/s, > 0: bound on the change of that spring's force, whose proxy moves with each message, default 300
+        """
+    @position_force_rate.setter
+    def position_force_rate(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def position_stiffness(self) -> float:
+        """
+        N/m, >= 0: of `position`, towards the haptic proxy, default 4000
+        """
+    @position_stiffness.setter
+    def position_stiffness(self, arg1: typing.Any) -> None:
         ...
     @property
     def selection_blend_time(self) -> float:
@@ -3813,15 +3877,17 @@ class HapticControllerState:
         """
 class HapticController:
     """
-    Open-loop force control of the haptic device, eq. (18).
+    Local control of the haptic device: open-loop, eq. (18), by a force sensor, or holding
+    the haptic proxy.
     """
     def __init__(self, params: HapticControllerParams = ...) -> None:
         ...
     def make_state(self) -> HapticControllerState:
         ...
-    def update(self, reference_force: typing.Any, reference_moment: typing.Any, device_velocity: typing.Any, force_selection: typing.Any, state: HapticControllerState, contact_normals: typing.Any = None) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+    def update(self, reference_force: typing.Any, reference_moment: typing.Any, device_velocity: typing.Any, force_selection: typing.Any, state: HapticControllerState, contact_normals: typing.Any = None, proxy_displacement: typing.Any = ..., handle_force: typing.Any = ..., fixture_force: typing.Any = ...) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
         """
-        Takes F_h (3,), N, M_h (3,), N m, v_h (6,) [linear; angular], Omega_fh (3, 3), contact normals (3, 3), columns; in D.
+        Takes F_h (3,), N, M_h (3,), N m, v_h (6,) [linear; angular], Omega_fh (3, 3), contact normals (3, 3), columns, x_h - x_ph (3,), m,
+        of method `position`, the sensed force of the handle on the hand (3,), N, of `force_feedback`, and the force of fixtures (3,), N; in D.
         Returns the device wrench (6,) [force; moment] on the hand, in D.
         """
     @property
@@ -3833,7 +3899,7 @@ class OperatorPathParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'times': '(n,), s, strictly increasing, n >= 1', 'points': '(3, n), m, one column per time, in B for the tool or D for the handle', 'interpolation': '"minimum_jerk", "linear" or "cubic" (recorded motion)', 'rotations': '(3, n), rad, rotation vectors from the start, in the frame of `points`; or (3, 0): no rotation'}
+    fields: typing.ClassVar[dict] = {'times': '(n,), s, strictly increasing, n >= 1', 'points': '(3, n), m, one column per time, in B for the tool or D for the handle', 'interpolation': '"minimum_jerk", "linear" or "cubic" (recorded motion)', 'rotations': '(3, n), rad, rotation vectors from the start, in the frame of `points`; or (3, 0): no rotation', 'clutch': '[start, end] each, s: the operator presses the clutch', 'force_scale': '[time, scale] each, s: what the operator asks for from then on'}
     def __copy__(self) -> OperatorPathParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperatorPathParams:
@@ -3855,6 +3921,22 @@ class OperatorPathParams:
         """
         Raises ValueError naming the field, the range and the value.
         """
+    @property
+    def clutch(self) -> tuple:
+        """
+        [start, end] each, s: the operator presses the clutch
+        """
+    @clutch.setter
+    def clutch(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_scale(self) -> tuple:
+        """
+        [time, scale] each, s: what the operator asks for from then on
+        """
+    @force_scale.setter
+    def force_scale(self, arg1: typing.Any) -> None:
+        ...
     @property
     def interpolation(self) -> str:
         """
@@ -3917,7 +3999,7 @@ class SimulatedHapticDeviceParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'hand_mass': 'kg, > 0: moving mass of the hand, default 0.5', 'hand_stiffness': 'N/m, >= 0: K of the pull to the intended position; a soft hand has 300, a firm one 600, default 600', 'hand_damping': 'N s/m, >= 0: B of the pull to the intended velocity, 10 to 30, default 30', 'device_mass': 'kg, > 0: moving mass of the device at the handle, default 0.25', 'device_damping': 'N s/m, >= 0: friction of the device, as viscous damping to its base, default 1', 'max_force': 'N, >= 0: no larger force leaves the device, whatever is commanded, default 12', 'workspace_radius': 'm, > 0: about the x axis of D, default 0.08', 'workspace_half_length': 'm, > 0: along the x axis of D, default 0.055', 'resolution': 'm, >= 0: step of the position reading; 0 is none, default 1e-05', 'velocity_cutoff': 'Hz, >= 0: low-pass of the velocity reading; 0 is none, default 20', 'period': 's, > 0: of control, default 0.001'}
+    fields: typing.ClassVar[dict] = {'hand_mass': 'kg, > 0: moving mass of the hand, default 0.5', 'hand_stiffness': 'N/m, >= 0: K of the pull to the intended position; a soft hand has 300, a firm one 600, default 600', 'hand_damping': 'N s/m, >= 0: B of the pull to the intended velocity, 10 to 30, default 30', 'device_mass': 'kg, > 0: moving mass of the device at the handle, default 0.25', 'device_damping': 'N s/m, >= 0: friction of the device, as viscous damping to its base, default 1', 'device_friction': 'N, >= 0: dry friction of the device, which also holds it still, default 0', 'max_force': 'N, >= 0: no larger force leaves the device, whatever is commanded, default 12', 'workspace_radius': 'm, > 0: about the x axis of D, default 0.08', 'workspace_half_length': 'm, > 0: along the x axis of D, default 0.055', 'resolution': 'm, >= 0: step of the position reading; 0 is none, default 1e-05', 'velocity_cutoff': 'Hz, >= 0: low-pass of the velocity reading; 0 is none, default 20', 'period': 's, > 0: of control, default 0.001'}
     def __copy__(self) -> SimulatedHapticDeviceParams:
         ...
     def __deepcopy__(self, memo: dict) -> SimulatedHapticDeviceParams:
@@ -3946,6 +4028,14 @@ class SimulatedHapticDeviceParams:
         """
     @device_damping.setter
     def device_damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def device_friction(self) -> float:
+        """
+        N, >= 0: dry friction of the device, which also holds it still, default 0
+        """
+    @device_friction.setter
+    def device_friction(self, arg1: typing.Any) -> None:
         ...
     @property
     def device_mass(self) -> float:
@@ -4044,6 +4134,11 @@ class SimulatedHapticDeviceState:
     def hand_force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         Pull of the hand, (3,), N, in D.
+        """
+    @property
+    def handle_force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,), N, in D: of the handle on the hand, as a sensor there reads.
         """
     @property
     def intended(self) -> Pose:
@@ -5796,13 +5891,111 @@ class WindowMean:
         """
         s
         """
+class PlannerReference:
+    """
+    What a planner on the robot's side asks for in one cycle.
+    """
+    def __init__(self, *, selection: typing.Any = ..., position: typing.Any = ..., velocity: typing.Any = ..., force: typing.Any = ...) -> None:
+        """
+        selection: (3, 3), Omega_p, the projection onto the directions that the planner owns;
+        position: (3,), m, and velocity: (3,), m/s, of the tool point; force: (3,), N, on the
+        environment; all in B.
+        """
+    @property
+    def force(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,), N
+        """
+    @property
+    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,), m
+        """
+    @property
+    def selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3)
+        """
+    @property
+    def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,), m/s
+        """
+class LocalPlannerParams:
+    """
+    Parameters of the robot side's own planner, that of scenarios.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'active': 'list of : [start, end] each, s: when the planner has the directions; none: never', 'directions': 'list of : vectors in B of any length: the planner owns what they span', 'force': '(3,), N: on the environment, in B, where force is controlled, default 0', 'scan_amplitude': '(3,), m, in [-1, 1]: in B: of a sinusoid about where the tool was, where motion is controlled, default 0', 'scan_frequency': 'Hz, in [0, 100]: of the sinusoid, default 0.5'}
+    def __copy__(self) -> LocalPlannerParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> LocalPlannerParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def active(self) -> tuple:
+        """
+        list of : [start, end] each, s: when the planner has the directions; none: never
+        """
+    @active.setter
+    def active(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def directions(self) -> tuple:
+        """
+        list of : vectors in B of any length: the planner owns what they span
+        """
+    @directions.setter
+    def directions(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), N: on the environment, in B, where force is controlled, default 0
+        """
+    @force.setter
+    def force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def scan_amplitude(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m, in [-1, 1]: in B: of a sinusoid about where the tool was, where motion is controlled, default 0
+        """
+    @scan_amplitude.setter
+    def scan_amplitude(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def scan_frequency(self) -> float:
+        """
+        Hz, in [0, 100]: of the sinusoid, default 0.5
+        """
+    @scan_frequency.setter
+    def scan_frequency(self, arg1: typing.Any) -> None:
+        ...
 class RobotSideParams:
     """
     Parameters of RobotSide; all `period` fields of the control are the same.
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'RobotSideProxyParams: what the robot is to follow, and how', 'controller': 'OperationalSpaceControllerParams: of the robot', 'sender': 'PoseSenderParams: of its messages', 'perception': 'ContactPerceptionParams: its filters'}
+    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'RobotSideProxyParams: what the robot is to follow, and how', 'controller': 'OperationalSpaceControllerParams: of the robot', 'sender': 'PoseSenderParams: of its messages', 'perception': 'ContactPerceptionParams: its filters', 'planner': 'LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections'}
     def __copy__(self) -> RobotSideParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideParams:
@@ -5839,6 +6032,14 @@ class RobotSideParams:
         """
     @perception.setter
     def perception(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def planner(self) -> LocalPlannerParams:
+        """
+        LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections
+        """
+    @planner.setter
+    def planner(self, arg1: typing.Any) -> None:
         ...
     @property
     def proxy(self) -> RobotSideProxyParams:
@@ -5969,6 +6170,11 @@ class RobotSideState:
         dx_m, (3,), m
         """
     @property
+    def planner_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        Omega_p in force, (3, 3)
+        """
+    @property
     def proxy_acceleration(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
         """
         (6,) [linear; angular]
@@ -5976,7 +6182,7 @@ class RobotSideState:
     @property
     def proxy_position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        where the scheme wants the tool point, (3,), m
+        where scheme and planner want the tool point, (3,), m
         """
     @property
     def proxy_rotation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
@@ -6032,13 +6238,14 @@ class RobotSide:
         """
         All signals of a state as one flat float64 vector, by `layout`.
         """
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideState, sensor_ready: bool = True, contact_normals: typing.Any = None) -> None:
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideState, sensor_ready: bool = True, contact_normals: typing.Any = None, planner_reference: typing.Any = None) -> None:
         """
         Advances `state` by one period. force_selection, moment_selection, contact_normals: (3, 3),
         the directions of contact if somebody else knows them; None, all: the side's own filters find them.
         Without a sensor that is ready the robot holds its place. Six-vectors are [linear; angular]
         or [force; moment], in B; jacobian (6, 7), mass (7, 7), bias (7,) without gravity, gravity
-        (7,) as Drake's CalcGravityGeneralizedForces.
+        (7,) as Drake's CalcGravityGeneralizedForces. planner_reference: a PlannerReference in place of the side's
+        own planner, or None.
         """
     @property
     def layout(self) -> dict:
@@ -6049,13 +6256,369 @@ class RobotSide:
     @property
     def params(self) -> RobotSideParams:
         ...
+class ClutchParams:
+    """
+    Parameters of the clutch, which moves the device's home.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'release_time': 's, > 0: in which a pressed clutch takes the force off the hand, default 0.1', 'engage_time': 's, > 0: in which it comes back; 12 N in 0.6 s are 20 N/s, default 0.6'}
+    def __copy__(self) -> ClutchParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> ClutchParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def engage_time(self) -> float:
+        """
+        s, > 0: in which it comes back; 12 N in 0.6 s are 20 N/s, default 0.6
+        """
+    @engage_time.setter
+    def engage_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def release_time(self) -> float:
+        """
+        s, > 0: in which a pressed clutch takes the force off the hand, default 0.1
+        """
+    @release_time.setter
+    def release_time(self, arg1: typing.Any) -> None:
+        ...
+class HomingParams:
+    """
+    How the handle is led to the device's home.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'speed': 'm/s, > 0: on the way home, default 0.05', 'max_force': 'N, >= 0: that a hand in the way feels, default 4', 'stiffness': 'N/m, > 0: of the spring that leads the handle, default 500', 'damping': 'N s/m, >= 0: of the handle, default 20', 'force_rate': 'N/s, > 0: bound on the change of the force; one below what spring and damping need makes a handle that is let go overshoot, default 200', 'tolerance': 'm, > 0: distance at which the handle is at home, default 0.002'}
+    def __copy__(self) -> HomingParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> HomingParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def damping(self) -> float:
+        """
+        N s/m, >= 0: of the handle, default 20
+        """
+    @damping.setter
+    def damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_rate(self) -> float:
+        """
+        N/s, > 0: bound on the change of the force; one below what spring and damping need makes a handle that is let go overshoot, default 200
+        """
+    @force_rate.setter
+    def force_rate(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_force(self) -> float:
+        """
+        N, >= 0: that a hand in the way feels, default 4
+        """
+    @max_force.setter
+    def max_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def speed(self) -> float:
+        """
+        m/s, > 0: on the way home, default 0.05
+        """
+    @speed.setter
+    def speed(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def stiffness(self) -> float:
+        """
+        N/m, > 0: of the spring that leads the handle, default 500
+        """
+    @stiffness.setter
+    def stiffness(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tolerance(self) -> float:
+        """
+        m, > 0: distance at which the handle is at home, default 0.002
+        """
+    @tolerance.setter
+    def tolerance(self, arg1: typing.Any) -> None:
+        ...
+class WorkspaceWallParams:
+    """
+    A soft wall at the edge of the device's workspace.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'stiffness': 'N/m, >= 0: 0 is off, default 0', 'damping': "N s/m, >= 0: of a hand that goes further out; at most as much as the spring's force, default 10", 'radius': 'm, > 0: about the x axis of D, where the wall begins, default 0.075', 'half_length': 'm, > 0: along the x axis of D, likewise, default 0.05', 'max_force': 'N, >= 0: of the wall, default 8'}
+    def __copy__(self) -> WorkspaceWallParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> WorkspaceWallParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def damping(self) -> float:
+        """
+        N s/m, >= 0: of a hand that goes further out; at most as much as the spring's force, default 10
+        """
+    @damping.setter
+    def damping(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def half_length(self) -> float:
+        """
+        m, > 0: along the x axis of D, likewise, default 0.05
+        """
+    @half_length.setter
+    def half_length(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_force(self) -> float:
+        """
+        N, >= 0: of the wall, default 8
+        """
+    @max_force.setter
+    def max_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def radius(self) -> float:
+        """
+        m, > 0: about the x axis of D, where the wall begins, default 0.075
+        """
+    @radius.setter
+    def radius(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def stiffness(self) -> float:
+        """
+        N/m, >= 0: 0 is off, default 0
+        """
+    @stiffness.setter
+    def stiffness(self, arg1: typing.Any) -> None:
+        ...
+class GuidanceParams:
+    """
+    A virtual fixture that guides the hand.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'shape': 'one of "none", "line", "plane": what the hand is guided onto, default "none"', 'point': '(3,), m: in D, from the home that the clutch has moved: on it, default 0', 'direction': "(3,): in D, not zero: of the line, or the plane's normal, default [0, 0, 1]", 'stiffness': 'N/m, >= 0: of the spring towards it, default 300', 'max_force': 'N, >= 0: that a hand must overcome to leave it, default 3', 'force_rate': 'N/s, > 0: bound on the change of the force, default 20'}
+    def __copy__(self) -> GuidanceParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> GuidanceParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def direction(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,): in D, not zero: of the line, or the plane's normal, default [0, 0, 1]
+        """
+    @direction.setter
+    def direction(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_rate(self) -> float:
+        """
+        N/s, > 0: bound on the change of the force, default 20
+        """
+    @force_rate.setter
+    def force_rate(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_force(self) -> float:
+        """
+        N, >= 0: that a hand must overcome to leave it, default 3
+        """
+    @max_force.setter
+    def max_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def point(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m: in D, from the home that the clutch has moved: on it, default 0
+        """
+    @point.setter
+    def point(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def shape(self) -> str:
+        """
+        one of "none", "line", "plane": what the hand is guided onto, default "none"
+        """
+    @shape.setter
+    def shape(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def stiffness(self) -> float:
+        """
+        N/m, >= 0: of the spring towards it, default 300
+        """
+    @stiffness.setter
+    def stiffness(self, arg1: typing.Any) -> None:
+        ...
+class OperatorAidsParams:
+    """
+    What operators of haptic devices expect of every scheme.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'buttons': 'whether clutch, home and force scale act and are logged, default false', 'clutch': 'ClutchParams: that re-centres the hand', 'max_force_scale': ">= 1: most by which the hand may have its force multiplied; the loop's gain grows with it, default 2", 'force_scale_rate': '1/s, > 0: at which a new force scale takes over, default 1', 'homing': 'HomingParams: of the handle, before it is engaged', 'workspace_wall': "WorkspaceWallParams: at the edge of the device's workspace", 'guidance': 'GuidanceParams: virtual fixture for the hand', 'period': 's, > 0: between updates, default 0.001'}
+    def __copy__(self) -> OperatorAidsParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> OperatorAidsParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def buttons(self) -> bool:
+        """
+        whether clutch, home and force scale act and are logged, default false
+        """
+    @buttons.setter
+    def buttons(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def clutch(self) -> ClutchParams:
+        """
+        ClutchParams: that re-centres the hand
+        """
+    @clutch.setter
+    def clutch(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_scale_rate(self) -> float:
+        """
+        1/s, > 0: at which a new force scale takes over, default 1
+        """
+    @force_scale_rate.setter
+    def force_scale_rate(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def guidance(self) -> GuidanceParams:
+        """
+        GuidanceParams: virtual fixture for the hand
+        """
+    @guidance.setter
+    def guidance(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def homing(self) -> HomingParams:
+        """
+        HomingParams: of the handle, before it is engaged
+        """
+    @homing.setter
+    def homing(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_force_scale(self) -> float:
+        """
+        >= 1: most by which the hand may have its force multiplied; the loop's gain grows with it, default 2
+        """
+    @max_force_scale.setter
+    def max_force_scale(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def period(self) -> float:
+        """
+        s, > 0: between updates, default 0.001
+        """
+    @period.setter
+    def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def workspace_wall(self) -> WorkspaceWallParams:
+        """
+        WorkspaceWallParams: at the edge of the device's workspace
+        """
+    @workspace_wall.setter
+    def workspace_wall(self, arg1: typing.Any) -> None:
+        ...
 class HapticSideParams:
     """
     Parameters of HapticSide; all `period` fields are the same.
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'HapticSideProxyParams: what the hand is to feel', 'controller': 'HapticControllerParams: of the device', 'sender': 'PoseSenderParams: of its messages'}
+    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'HapticSideProxyParams: what the hand is to feel', 'controller': 'HapticControllerParams: of the device', 'sender': 'PoseSenderParams: of its messages', 'aids': 'OperatorAidsParams: for its operator'}
     def __copy__(self) -> HapticSideParams:
         ...
     def __deepcopy__(self, memo: dict) -> HapticSideParams:
@@ -6077,6 +6640,14 @@ class HapticSideParams:
         """
         Raises ValueError naming the field, the range and the value.
         """
+    @property
+    def aids(self) -> OperatorAidsParams:
+        """
+        OperatorAidsParams: for its operator
+        """
+    @aids.setter
+    def aids(self, arg1: typing.Any) -> None:
+        ...
     @property
     def controller(self) -> HapticControllerParams:
         """
@@ -6131,6 +6702,11 @@ class HapticSideState:
         cycles refused so far
         """
     @property
+    def clutched(self) -> bool:
+        """
+        whether the robot holds its place and the hand is free
+        """
+    @property
     def device_wrench(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
         """
         (6,) [force; moment] on the hand, N, N m
@@ -6139,6 +6715,11 @@ class HapticSideState:
     def force_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
         """
         Omega_fh, (3, 3)
+        """
+    @property
+    def homing(self) -> bool:
+        """
+        whether the handle is on its way home
         """
     @property
     def link(self) -> LinkMonitorState:
@@ -6187,9 +6768,11 @@ class HapticSide:
         """
         All signals of a state as one flat float64 vector, by `layout`.
         """
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, device_position: typing.Any, device_rotation: typing.Any, device_velocity: typing.Any, state: HapticSideState) -> None:
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, device_position: typing.Any, device_rotation: typing.Any, device_velocity: typing.Any, state: HapticSideState, handle_force: typing.Any = ..., clutch: bool = False, home: bool = False, force_scale: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> None:
         """
-        Advances `state` by one period. Device pose from home, velocity (6,) [linear; angular], in D.
+        Advances `state` by one period. Device pose from home, velocity (6,) [linear; angular],
+        sensed force of the handle on the hand (3,), N, in D; clutch pressed, way home asked for,
+        and the force scale, for `params.aids.buttons`.
         """
     @property
     def layout(self) -> dict:
@@ -6752,7 +7335,7 @@ class OperatorParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'waypoints': 'list of Waypoint: minimum-jerk moves from each to the next; the first at time 0', 'recording': "CSV file of a human motion, in place of the waypoints (see dual_proxy.recording); in a scenario's file relative to that, else to the working directory; ~ is the home directory", 'recording_units': 'one of "m", "cm", "mm": of the positions in it, default "m"', 'recording_scale': 'in (0, 1000]: by which its lengths are multiplied, default 1', 'press_depth': "m, in [0, 0.1]: how far below first touch a recording's contact height goes, default 0.04"}
+    fields: typing.ClassVar[dict] = {'waypoints': 'list of Waypoint: minimum-jerk moves from each to the next; the first at time 0', 'recording': "CSV file of a human motion, in place of the waypoints (see dual_proxy.recording); in a scenario's file relative to that, else to the working directory; ~ is the home directory", 'recording_units': 'one of "m", "cm", "mm": of the positions in it, default "m"', 'recording_scale': 'in (0, 1000]: by which its lengths are multiplied, default 1', 'press_depth': "m, in [0, 0.1]: how far below first touch a recording's contact height goes, default 0.04", 'clutch': 'list of : [start, end] each, s: the clutch is pressed; the hand goes on along its path, the robot from then on beside it', 'force_scale': 'list of : [time, scale] each, s: by which the hand has its force multiplied from then on'}
     def __copy__(self) -> OperatorParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperatorParams:
@@ -6774,6 +7357,22 @@ class OperatorParams:
         """
         Raises ValueError naming the field, the range and the value.
         """
+    @property
+    def clutch(self) -> tuple:
+        """
+        list of : [start, end] each, s: the clutch is pressed; the hand goes on along its path, the robot from then on beside it
+        """
+    @clutch.setter
+    def clutch(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_scale(self) -> tuple:
+        """
+        list of : [time, scale] each, s: by which the hand has its force multiplied from then on
+        """
+    @force_scale.setter
+    def force_scale(self, arg1: typing.Any) -> None:
+        ...
     @property
     def press_depth(self) -> float:
         """
@@ -6822,7 +7421,7 @@ class Scenario:
     SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force', 'position_position', 'four_channel', 'tdpa', 'wave_variables', 'model_mediated')
     __hash__: typing.ClassVar[None] = None
     _fields: typing.ClassVar[list]
-    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda", "point_mass": what the tool is on; a point has no Drake plant, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "SceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of an arm', 'point_controller': 'PointControllerParams: of a point mass', 'point_mass': 'PointRobotParams: the robot that is one', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do'}
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda", "point_mass": what the tool is on; a point has no Drake plant, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "SceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of an arm', 'point_controller': 'PointControllerParams: of a point mass', 'point_mass': 'PointRobotParams: the robot that is one', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'planner': 'LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'operator_aids': "OperatorAidsParams: of the device's side; a schedule of the operator's turns their buttons on", 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do'}
     def __copy__(self) -> Scenario:
         ...
     def __deepcopy__(self, memo: dict) -> Scenario:
@@ -7021,6 +7620,22 @@ class Scenario:
         """
     @operator.setter
     def operator(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def operator_aids(self) -> OperatorAidsParams:
+        """
+        OperatorAidsParams: of the device's side; a schedule of the operator's turns their buttons on
+        """
+    @operator_aids.setter
+    def operator_aids(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def planner(self) -> LocalPlannerParams:
+        """
+        LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections
+        """
+    @planner.setter
+    def planner(self, arg1: typing.Any) -> None:
         ...
     @property
     def point_controller(self) -> PointControllerParams:
