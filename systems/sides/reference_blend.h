@@ -20,6 +20,7 @@ struct ReferenceBlendState {
   PlannerReference planner;
   /** Whether the references differ, or come back, from the operator's. */
   bool blending{false};
+  bool started{false};         ///< Whether there was a cycle before.
   std::int64_t bad_inputs{0};  ///< Planner's references refused so far.
 
   /** x, m, and its velocity, while blending; its rotation is not used. */
@@ -29,7 +30,6 @@ struct ReferenceBlendState {
   double catch_up_time{0};
 
   /** The operator's x_pr, m, its velocity, and F_r, N, in the cycle before. */
-  bool started{false};
   Eigen::Vector3d operator_position{Eigen::Vector3d::Zero()};
   Eigen::Vector3d operator_velocity{Eigen::Vector3d::Zero()};
   Eigen::Vector3d operator_force{Eigen::Vector3d::Zero()};

@@ -101,10 +101,10 @@ struct RobotSideOutput {
 template <typename Robot>
 struct RobotSideState {
   RobotHalf::State half;
-  LocalPlannerState planner;
-  ReferenceBlendState blend;
   typename Robot::Controller::State controller;
   ContactPerceptionState perception;
+  LocalPlannerState planner;
+  ReferenceBlendState blend;
   RobotSideOutput<Robot> output;  ///< Of the last cycle.
 };
 
