@@ -133,9 +133,12 @@ struct HapticControllerState {
 
 The paper names the last two in section V.A without equations. Force feedback
 hides mass and friction of the device in all directions, those of free motion,
-too. The position loop holds the hand at the haptic proxy; with
-position_stiffness above k_vir_h it feels more than the robot, and a scheme
-without force space has open-loop control by it.
+too. It works on the damping as well, which comes late, through the reading of
+the velocity: for a light device choose Kpf_h such that Kvf_h (1 + Kpf_h) /
+(mass of hand and device) stays below 2 pi times that reading's cutoff. The
+position loop holds the hand at the haptic proxy; with position_stiffness above
+k_vir_h it feels more than the robot, and a scheme without force space has
+open-loop control by it.
 
 A new Omega_fh takes over by a SelectionBlend, without which the damping steps
 by up to a newton at touch. What would pull the hand into a surface is left out

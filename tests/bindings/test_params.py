@@ -23,7 +23,10 @@ ALGORITHMS = [
 FULL = {
     _core.ArmModelParams: lambda: dp.ArmModelParams(mass=np.ones(7)),
     _core.OperatorPathParams: lambda: dp.OperatorPathParams(
-        times=[0, 1], points=np.ones((3, 2))
+        times=[0, 1],
+        points=np.ones((3, 2)),
+        clutch=[[1, 2]],
+        force_scale=[[0, 0.5]],
     ),
     _core.ContactSceneParams: lambda: dp.ContactSceneParams(
         surfaces=[dp.ContactSurfaceParams(radius=0.2)]
@@ -44,7 +47,9 @@ FULL = {
         active=[[1, 2], [4, 5.5]], directions=[[0, 0, 1], [0, 1, 0]]
     ),
     _core.OperatorParams: lambda: dp.OperatorParams(
-        waypoints=[dp.Waypoint(), dp.Waypoint(time=2.0)]
+        waypoints=[dp.Waypoint(), dp.Waypoint(time=2.0)],
+        clutch=[[1, 2]],
+        force_scale=[[0, 0.5]],
     ),
 }
 

@@ -291,6 +291,7 @@ TEST(ScenarioTest, DerivedKeysAndTheirSourcesExist) {
   visit("filter.", &dut.filter);
   visit("haptic_proxy.", &dut.haptic_proxy);
   visit("haptic_controller.", &dut.haptic_controller);
+  visit("operator_aids.", &dut.operator_aids);
   visit("device.", &dut.device);
   visit("sensor.", &dut.sensor);
   visit("point_controller.", &dut.point_controller);

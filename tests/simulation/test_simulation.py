@@ -37,7 +37,14 @@ def test_operator_path_agrees_with_scipy():
 def test_operator_path_params():
     params = dp.OperatorPathParams(times=[0, 1], points=[[0, 1], [0, 0], [0, 2]])
     assert params.interpolation == "minimum_jerk"
-    assert list(params.fields) == ["times", "points", "interpolation", "rotations"]
+    assert list(params.fields) == [
+        "times",
+        "points",
+        "interpolation",
+        "rotations",
+        "clutch",
+        "force_scale",
+    ]
     assert pickle.loads(pickle.dumps(params)) == params
     assert params != dp.OperatorPathParams()
     position, velocity = dp.OperatorPath(params).calc(0.5)

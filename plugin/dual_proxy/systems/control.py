@@ -52,7 +52,7 @@ class OperationalSpaceController(Face):
 
 
 class HapticController(Face):
-    """The device's controller, eq. (18): the force on the hand, with damping.
+    """The device's controller: eq. (18), a force loop, or a hold on the proxy.
 
     @ports
 
@@ -61,7 +61,7 @@ class HapticController(Face):
 
     Parameters
     ----------
-    params : HapticControllerParams.
+    params : HapticControllerParams; its `method` decides which inputs count.
     """
 
     def __init__(self, params: _core.HapticControllerParams | None = None) -> None:

@@ -67,7 +67,7 @@ class RobotSide(Face):
 
 
 class HapticSide(Face):
-    """The device's side: the scheme's half and the device's controller.
+    """The device's side: operator's aids, the scheme's half, device controller.
 
     @ports
 
