@@ -104,10 +104,17 @@ def test_without_the_angular_filter_the_tool_rides_on_its_edge(run):
     assert list(without.metrics) == list(METRICS)
     assert list(run.metrics) == [*METRICS, *ANGULAR_METRICS]
     of_a_point_mass = {"commanded_force", "force_limited", "force_rate_limited"}
+    of_aids = {
+        "handle_force",
+        "handle_position",
+        "clutched",
+        "force_gain",
+        "fixture_force",
+    }
     assert list(run.log.columns) == [
         column
         for name in SIGNALS
-        if name not in of_a_point_mass
+        if name not in of_a_point_mass | of_aids
         for column in column_names(name)
     ]
     more = set(signals(run.log.columns)) - set(signals(without.log.columns))
