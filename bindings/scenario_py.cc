@@ -100,6 +100,11 @@ void BindLinkAndOperator(py::module_& m) {
 }
 
 void BindScenario(py::module_& m) {
+  BindParams<Claim>(m, "Claim",
+                    "What is said of a scene, by the paper or as an aim of "
+                    "this project, as a range for one of a run's metrics.")
+      .Fields();
+
   using S = Scenario;
   // The defaults alone are no valid scenario: they have no waypoints.
   BindParams<S> scenario(

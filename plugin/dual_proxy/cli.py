@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from dual_proxy.bench.pages import markdown_table
+from dual_proxy.claims import judge, limit_text, statement, verdict_text
 from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
 from dual_proxy.recording import RECORDING_EXAMPLE, RECORDING_FORMAT
 from dual_proxy.run import (
@@ -56,6 +57,7 @@ examples:
   dual-proxy run plane --delay 0.15 --scheme position_force --out out/baseline
   dual-proxy run plane --set filter.period=0.02 --set law=printed --seed 3
   dual-proxy compare plane --schemes all --delays 0,0.05,0.15 --out out/schemes
+  dual-proxy reproduce --quick
   dual-proxy bench filter --quick
   dual-proxy bench engine --quick
 """
@@ -190,6 +192,8 @@ def _main(arguments: Sequence[str] | None) -> int:
             return _bench(options)
         if options.command == "compare":
             return _compare(options)
+        if options.command == "reproduce":
+            return _reproduce(options)
         return _run(options)
     except SystemExit as end:  # Of the parser, whose output may not be out yet.
         return end.code if isinstance(end.code, int) else 0
@@ -270,6 +274,7 @@ def _parser() -> argparse.ArgumentParser:
         " folder out/SCENARIO-SCHEME-DELAYms, with -2, -3... if there is one)",
     )
     _add_compare(commands)
+    _add_reproduce(commands)
     _add_bench(commands)
     return parser
 
@@ -349,6 +354,18 @@ def _add_many(command: argparse.ArgumentParser, where: str) -> None:
     )
 
 
+def _add_reproduce(commands: Any) -> None:
+    command = commands.add_parser(
+        "reproduce",
+        help="run every scene of the paper; print its claims beside what is measured",
+        epilog="The same command goes on where it was interrupted.",
+    )
+    add = command.add_argument
+    add("--quick", action="store_true", help="one seed, engine bare: a minute")
+    add("--page", type=Path, metavar="MD", help="page to be filled")
+    _add_many(command, "out/reproduce")
+
+
 def _names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",")]
 
@@ -392,6 +409,24 @@ def _compare(options: argparse.Namespace) -> int:
             f"{1e3 * first['delay']:g} ms, {first['hand']}, seed {first['seed']}: "
             f"{first['failure']}",
             _RUN_FAILED,
+        )
+    return 0
+
+
+def _reproduce(options: argparse.Namespace) -> int:
+    # Here, as it draws: other commands need not wait for that.
+    from dual_proxy.reproduce import reproduce
+
+    out = options.out or Path("out/reproduce")
+    tables, failures = reproduce(
+        options.quick, out, jobs=options.jobs, page=options.page
+    )
+    for name, table in tables.items():
+        print(f"{name}\n\n{table}\n")
+    print(f"saved: {out / 'reproduction.json'}, figures")
+    if failures:
+        return _fail(
+            f"{len(failures)} runs failed, the first {failures[0]}", _RUN_FAILED
         )
     return 0
 
@@ -478,6 +513,7 @@ def _run(options: argparse.Namespace) -> int:
         if result.recording:
             print(f"recording: {result.recording}")
         _print_metrics(result)
+        _print_claims(result)
         not_saved = _save(result, folder, options.mcap)
     if failure or not_saved:
         return _fail("; ".join(filter(None, (failure, not_saved))), _RUN_FAILED)
@@ -588,6 +624,21 @@ def _print_metrics(result: Run) -> None:
     metrics = METRICS | ANGULAR_METRICS
     for key, value in result.metrics.items():
         print(f"{key:{width}}  {format_metric(value):>9} {metrics[key].unit}")
+
+
+def _print_claims(result: Run) -> None:
+    """What is claimed of the scene beside what was measured."""
+    verdicts = judge(result.scenario, result.metrics)
+    if not verdicts or result.failure:
+        return
+    limits = [limit_text(claim) for claim, _, _ in verdicts]
+    width = max(map(len, limits))
+    print("\nclaims")
+    for limit, (claim, value, met) in zip(limits, verdicts, strict=True):
+        print(
+            f"{limit:{width}}  {format_metric(value):>9} {verdict_text(met):8}"
+            f" {statement(claim)}"
+        )
 
 
 if __name__ == "__main__":

@@ -26,6 +26,7 @@ __all__ = [
     "Column",
     "compare",
     "is_stable",
+    "make_table",
     "summarise",
     "summary_cells",
 ]
@@ -192,13 +193,13 @@ def compare(
         if out is not None:
             folder = stack.enter_context(RunsFolder(out, f"compare {base.name}"))
         results = run_many(list(plan.values()), folder, workers, progress)
-        table = _make_table(plan, results)
+        table = make_table(plan, results)
         if folder is not None:
             _save(table, base, folder.path)
             # Plotting is imported only where something is plotted.
-            from dual_proxy.compare_figures import draw
+            from dual_proxy.figures import draw_comparison
 
-            draw(table, results, folder.path)
+            draw_comparison(table, results, folder.path)
     return table
 
 
@@ -217,9 +218,18 @@ def _check_choices(name: str, given: Sequence[T], known: Iterable[T] = ()) -> No
             raise ScenarioError(f"{name}: {choice!r} is there twice")
 
 
-def _make_table(
+def make_table(
     plan: Mapping[tuple[str, float, str, int], Job], results: Sequence[Result]
 ) -> pd.DataFrame:
+    """Return the table of `compare`.
+
+    Parameters
+    ----------
+    plan : Mapping
+        By scheme, delay, hand and seed: what was run.
+    results : sequence of Result
+        What came of it.
+    """
     keys = list(METRICS)
     keys += [
         key

@@ -51,7 +51,7 @@ _SERIES_PERIOD = 0.01
 # What linear algebra goes by: a run is one thread, all cores have a run.
 _THREAD_COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 # Sections of a scenario that say something about it and decide nothing.
-_REMARKS = ("description",)
+_REMARKS = ("description", "claims")
 _PURPOSE = "purpose.txt"
 
 

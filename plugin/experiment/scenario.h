@@ -14,6 +14,7 @@
 #include "dual_proxy/control/haptic_controller.h"
 #include "dual_proxy/control/operational_space_controller.h"
 #include "dual_proxy/control/point_controller.h"
+#include "dual_proxy/experiment/claim.h"
 #include "dual_proxy/experiment/derived_keys.h"
 #include "dual_proxy/experiment/recording.h"
 #include "dual_proxy/experiment/scenario_error.h"
@@ -234,6 +235,7 @@ struct Scenario {
     return params;
   }()};
   OperatorParams operator_params;  ///< The section `operator`.
+  std::vector<Claim> claims;
 
   /** The section `overrides` of a scenario. */
   struct Overrides {
@@ -352,6 +354,7 @@ struct Scenario {
         Field("device", &device, "what stands for the device and its hand"));
     a->Visit(Field("sensor", &sensor, "between arm and tool"));
     a->Visit(Field("operator", &operator_params, "what the hand means to do"));
+    a->Visit(Field("claims", &claims, "what is said of it; no run needs them"));
   }
 
  private:

@@ -502,6 +502,36 @@ TEST(ScenarioTest, TheUsualPeriodIsNeverRefused) {
             "no exception");
 }
 
+TEST(ScenarioTest, ClaimsAreChecked) {
+  const auto error = [](const Claim& claim) {
+    return ErrorAfter([&](Scenario* s) { s->claims = {claim}; });
+  };
+  const char* key = "normal_error_mean_deg";
+  EXPECT_EQ(error({.metric = key, .at_most = 10}), "no exception");
+  EXPECT_EQ(error({.metric = key, .at_least = 2, .at_most = 2}),
+            "no exception");
+  EXPECT_EQ(error({.metric = "moment_dimension_accuracy", .at_least = 1}),
+            "no exception");
+  EXPECT_EQ(error({.metric = "charm", .at_most = 10}),
+            "tiny.claims[0].metric: expected a key of metrics.json, got "
+            "\"charm\"");
+  EXPECT_EQ(error({.metric = key}),
+            "tiny.claims[0].at_most: expected that or at_least, got neither");
+  EXPECT_EQ(
+      error({.metric = key, .at_least = 3, .at_most = 2}),
+      "tiny.claims[0].at_most: expected a finite value >= at_least = 3, got 2");
+  EXPECT_EQ(error({.metric = key,
+                   .at_most = std::numeric_limits<double>::infinity()}),
+            "tiny.claims[0].at_most: expected a finite value, got inf");
+  EXPECT_EQ(
+      error({.metric = key, .at_most = 1, .min_delay = 2, .max_delay = 1}),
+      "tiny.claims[0].max_delay: expected a finite value >= min_delay = 2, got "
+      "1");
+  EXPECT_EQ(
+      error({.metric = key, .at_most = 1, .max_friction = -1}),
+      "tiny.claims[0].max_friction: expected a finite value >= 0, got -1");
+}
+
 TEST(ScenarioTest, WaypointsAreChecked) {
   using Points = std::vector<Waypoint>;
   const auto error = [](const Points& points) {

@@ -16,7 +16,7 @@ import pandas as pd
 import pytest
 
 import dual_proxy as dp
-from dual_proxy import cli, compare_figures, many_runs
+from dual_proxy import cli, figures, many_runs
 from dual_proxy.compare import COLUMNS, is_stable, summarise, summary_cells
 from dual_proxy.many_runs import Job, RunsFolder, run_many
 from dual_proxy.metrics import METRICS
@@ -58,7 +58,7 @@ def run_cli(capsys, *arguments):
 @pytest.fixture
 def no_figures(monkeypatch):
     """Drawing takes longest."""
-    monkeypatch.setattr(compare_figures, "draw", lambda *_: None)
+    monkeypatch.setattr(figures, "draw_comparison", lambda *_: None)
 
 
 @pytest.fixture(scope="module")

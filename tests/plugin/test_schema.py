@@ -32,6 +32,7 @@ def test_one_of_everything_differs_from_every_default():
     for items, item in (
         (written["scene.surfaces"], _core.SurfaceParams()),
         (written["operator.waypoints"], _core.Waypoint()),
+        (written["claims"], _core.Claim()),
     ):
         for name in type(item).fields:
             value = getattr(item, name)

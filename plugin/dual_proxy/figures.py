@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures of a comparison, as the paper's Fig. 13 to 15."""
+"""Figures of many runs: of a comparison as the paper's Fig. 13 to 15, of a scene
+as its others."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +20,14 @@ from matplotlib.patches import Patch
 
 from dual_proxy.many_runs import Result, Series
 
-__all__ = ["draw"]
+__all__ = ["draw_comparison", "draw_errors", "draw_scene"]
 
 # Colour-blind safe (Okabe and Ito).
 _COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#444b55")
+_GREY = "#9aa3af"
 # Curve -> what it is, its colour and line width.
 _FORCES = {
-    "sensed": ("sensed", "#9aa3af", 0.5),
+    "sensed": ("sensed", _GREY, 0.5),
     "reference": ("robot's reference", _COLORS[0], 1.0),
     "hand": ("hand exerts", _COLORS[1], 1.0),
 }
@@ -34,6 +37,8 @@ _POSITIONS = {
 }
 # A force that no axis goes beyond, N: what swings would make the rest flat.
 _MOST_FORCE = 20.0
+# Of a normal, deg.
+_MOST_ERROR = 20.0
 # The measures of Fig. 15 -> title, factor to the unit shown.
 _MEASURES = {
     "position_rms_free_m": ("position error in free directions, mm", 1e3),
@@ -44,7 +49,7 @@ _MEASURES = {
 _COMPENSATED = "position_rms_free_delay_compensated_m"
 
 
-def draw(table: pd.DataFrame, results: Sequence[Result], path: Path) -> None:
+def draw_comparison(table: pd.DataFrame, results: Sequence[Result], path: Path) -> None:
     """Draw for each hand forces and positions over time and errors over the delay:
     forces_HAND.png, positions_HAND.png, errors_HAND.png.
 
@@ -66,7 +71,7 @@ def draw(table: pd.DataFrame, results: Sequence[Result], path: Path) -> None:
     for hand, series in firsts.items():
         _save(_over_time(series, _FORCES, "N"), path / f"forces_{hand}.png")
         _save(_over_time(series, _POSITIONS, "m"), path / f"positions_{hand}.png")
-        _save(_errors(table[table["hand"] == hand]), path / f"errors_{hand}.png")
+        draw_errors(table[table["hand"] == hand], path / f"errors_{hand}.png")
 
 
 def _over_time(
@@ -86,15 +91,8 @@ def _over_time(
         for line, scheme in enumerate(schemes):
             panel = axes[3 * line : 3 * line + 3, column]
             _plot(panel, series[scheme, delay], curves)
-    # Equal components have equal scales.
     for component in range(3):
-        panels = list(axes[component::3].flat)
-        low = min(panel.get_ylim()[0] for panel in panels)
-        high = max(panel.get_ylim()[1] for panel in panels)
-        if unit == "N":
-            low, high = max(low, -_MOST_FORCE), min(high, _MOST_FORCE)
-        for panel in panels:
-            panel.set_ylim(low, high)
+        _share_limits(axes[component::3].flat, _MOST_FORCE if unit == "N" else math.inf)
     for line, scheme in enumerate(schemes):
         axes[3 * line, 0].set_title(scheme, loc="left", fontsize=9, fontweight="bold")
         for component, axis in enumerate("xyz"):
@@ -124,8 +122,73 @@ def _plot(
             axis.text(0.5, 0.5, "failed", transform=axis.transAxes, ha="center")
 
 
-def _errors(table: pd.DataFrame) -> Figure:
-    """A panel per measure, a group per delay, a bar per scheme."""
+def _share_limits(axes: Iterable[Axes], most: float) -> None:
+    """Give equal components equal scales, within +-most."""
+    panels = list(axes)
+    low = min(panel.get_ylim()[0] for panel in panels)
+    high = max(panel.get_ylim()[1] for panel in panels)
+    for panel in panels:
+        panel.set_ylim(max(low, -most), min(high, most))
+
+
+def draw_scene(series: Mapping[float, Series], path: Path) -> None:
+    """Draw positions, forces, error of the normal and dimension over time, a column
+    per delay.
+
+    Parameters
+    ----------
+    series : Mapping[float, Series]
+        Of a run with each delay, s.
+    path : Path
+        The file.
+    """
+    size = (max(2.9 * len(series) + 1.2, 6.5), 8 * 0.95)
+    figure, axes = _grid(8, len(series), size)
+    for column, (delay, of_run) in enumerate(series.items()):
+        axes[0, column].set_title(f"{1e3 * delay:g} ms delay", fontsize=9)
+        axes[-1, column].set_xlabel("time, s")
+        _plot(axes[0:3, column], of_run, _POSITIONS)
+        _plot(axes[3:6, column], of_run, _FORCES)
+        if not of_run:
+            continue
+        error, dimension = axes[6:, column]
+        error.plot(of_run["time"], of_run["normal_error_deg"], color=_COLORS[2], lw=1)
+        error.set_ylim(0.0, _MOST_ERROR)
+        for name, color in (("true_dimension", _GREY), ("dimension", _COLORS[2])):
+            values = of_run[name]
+            dimension.plot(
+                *(of_run["time"], values), color=color, lw=1, drawstyle="steps-post"
+            )
+        dimension.set_ylim(-0.2, 3.2)
+        dimension.set_yticks(range(4))
+    labels = [f"{axis}, {unit}" for unit in ("m", "N") for axis in "xyz"]
+    for axis, label in zip(
+        axes[:, 0], [*labels, "normal, deg", "dimension"], strict=True
+    ):
+        axis.set_ylabel(label, fontsize=8)
+    for row in range(6):
+        _share_limits(axes[row], _MOST_FORCE if row >= 3 else math.inf)
+    handles = [
+        Patch(color=color, label=label)
+        for color, label in (
+            (_COLORS[1], "device, mapped; what the hand exerts"),
+            (_COLORS[0], "robot; its reference"),
+            (_COLORS[2], "filter"),
+            (_GREY, "sensed; true"),
+        )
+    ]
+    figure.legend(
+        handles=handles,
+        loc="outside upper center",
+        ncols=len(handles),
+        frameon=False,
+        fontsize=8,
+    )
+    _save(figure, path)
+
+
+def draw_errors(table: pd.DataFrame, path: Path) -> None:
+    """Draw a panel per measure of Fig. 15, a group per delay, a bar per scheme."""
     schemes = list(dict.fromkeys(table["scheme"]))
     delays = list(dict.fromkeys(table["delay"]))
     figure, axes = _grid(2, 2, (10.5, 6.5))
@@ -173,7 +236,7 @@ def _errors(table: pd.DataFrame) -> Figure:
         frameon=False,
         fontsize=9,
     )
-    return figure
+    _save(figure, path)
 
 
 def _grid(
