@@ -345,7 +345,9 @@ def test_signals_end_the_workers(tmp_path, number, text):
     ]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         try:
-            assert process.stderr.readline().startswith("1/120")
+            assert process.stderr.readline().startswith(
+                f"1/{40 * len(dp.Scenario.SCHEMES)}"
+            )
             workers = children(process.pid)
             assert len(workers) >= 2
             process.send_signal(number)

@@ -104,7 +104,8 @@ def test_without_the_angular_filter_the_tool_rides_on_its_edge(run):
     assert list(without.metrics) == list(METRICS)
     assert list(run.metrics) == [*METRICS, *ANGULAR_METRICS]
     of_a_point_mass = {"commanded_force", "force_limited", "force_rate_limited"}
-    of_aids = {
+    switched_on = {
+        "planner_selection",
         "handle_force",
         "handle_position",
         "clutched",
@@ -114,7 +115,7 @@ def test_without_the_angular_filter_the_tool_rides_on_its_edge(run):
     assert list(run.log.columns) == [
         column
         for name in SIGNALS
-        if name not in of_a_point_mass | of_aids
+        if name not in of_a_point_mass | switched_on
         for column in column_names(name)
     ]
     more = set(signals(run.log.columns)) - set(signals(without.log.columns))
