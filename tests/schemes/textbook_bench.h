@@ -52,8 +52,6 @@ class TextbookBench {
   static RobotHalfParams MakeRobotHalfParams() {
     RobotHalfParams params;
     params.proxy.map = MakeMap();
-    // With more the mass meets the wall so hard that it bounces out of kLeft.
-    params.proxy.max_motion_error = 0.012;
     return params;
   }
   static HapticHalfParams MakeHapticHalfParams() {

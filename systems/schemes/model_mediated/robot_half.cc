@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 
+#include "dual_proxy/proxy/vector_rate_limiter.h"
 #include "dual_proxy/schemes/model_mediated/scheme.h"
 
 namespace dual_proxy {
@@ -45,7 +46,7 @@ ModelMediatedRobotHalf::ModelMediatedRobotHalf(const RobotHalfParams& shared,
       proxy_(MakeProxyParams(shared)),
       estimator_(MakeEstimatorParams(own, shared.proxy.period)),
       limiter_(MakeLimiterParams(shared.proxy)),
-      spare_stiffness_(shared.proxy.stiffness),
+      other_stiffness_(shared.proxy.stiffness),
       sender_(shared.sender) {}
 
 ModelMediatedRobotHalfState ModelMediatedRobotHalf::MakeState() const {
@@ -60,25 +61,23 @@ Vector3d ModelMediatedRobotHalf::CalcForce(const Vector3d& way,
                                            const State& state) const noexcept {
   Vector3d n = Vector3d::Zero();
   if (state.surface.contact) n = state.surface.normal;
-  const double beyond = n.dot(way) + state.surface.depth;
-  const double own = std::min(params_.holding_force,
-                              estimator_.stiffness(state.surface) * beyond);
+  const double stiffness = estimator_.stiffness(state.surface);
   const double commanded = n.dot(state.commanded);
+  const double own =
+      std::min(params_.holding_force,
+               stiffness * (n.dot(way) + state.surface.depth) - commanded);
   const double force = commanded > 0 ? std::max(commanded, own) : own;
-  const Vector3d spare = spare_stiffness_ * (force_selection * way);
-  return force * n + spare - n * n.dot(spare);
+  const Vector3d beside = force_selection * way - n * n.dot(way);
+  return force * n + Saturate(other_stiffness_ * beside, params_.holding_force);
 }
 
 void ModelMediatedRobotHalf::Update(double time, const RobotHalfInput& input,
                                     State* state) const noexcept {
   const auto message = FromMessage<ModelMediatedMotionMessage>(input.message);
-  const bool in_contact = !state->proxy.force.selection.isZero(0);
-  const double ahead =
-      in_contact ? 0 : 1 / estimator_.stiffness(state->surface);
   PoseMessage pose{.sequence = message.sequence,
                    .send_time = message.send_time,
                    .pose = message.pose};
-  pose.pose.p += ahead * message.force;
+  pose.pose.p += message.force / estimator_.stiffness(state->surface);
   const std::int64_t refused = state->proxy.bad_inputs;
   const std::int64_t received = state->proxy.link.received;
   proxy_.Update(time,

@@ -126,23 +126,25 @@ struct ModelMediatedRobotHalfState {
 };
 
 /** The robot half of scheme `model_mediated`: across the force space motion
-control to x_p, by RobotSideProxy, in it the force loop with
+control, by RobotSideProxy, in it the force loop with
 
-    F_r = f n + (Omega_f - n n^T) k_vir (x_p - x_r)
+    F_r = f n + [(Omega_f - n n^T) k_vir (x_pr - x_r)]
 
-n and d by SurfaceEstimator. f is f_cmd, what the hand feels. While the hand has
-not got the model, x_p lies beyond the surface with little f_cmd or none: the
-robot stays there with holding_force. When x_p has left the surface, a spring of
-k pulls the robot after it:
+n, d and k by SurfaceEstimator. f is f_cmd, what the hand feels. While the hand
+has not got the model, x_p lies beyond the surface with little f_cmd or none:
+the robot stays there with holding_force. When x_p has left the surface, a
+spring of k pulls the robot after it:
 
     g = min(holding_force, k (n . x_p - d))       f = f_cmd > 0 ? max(f_cmd, g)
                                                                 : g
 
-The model has one direction; in a second one of the force space (a corner) the
-robot has the dual proxy's spring, and the hand feels nothing. F_r is bounded,
-rate-limited and handed over as that of the dual proxy. Without a contact the
-robot follows the hand, x_p + f_cmd n / k, so that it comes upon a surface that
-is not quite where the model has it, and goes through one that is no more.
+The robot's proxy x_pr follows the hand, x_p + f_cmd n / k. Across n that is
+x_p; along n, where it counts without a contact only, the robot comes so upon a
+surface that is not quite where the model has it, and goes through one that is
+no more. The model has one direction: in a second one of the force space (a
+corner) the hand feels nothing, and the robot has the dual proxy's spring, [.]
+bounded to holding_force. F_r is bounded, rate-limited and handed over as that
+of the dual proxy.
 
 Orientations follow R_d as the dual proxy's; the hand feels no moment. Without a
 link the robot holds its place and forgets the model. */
@@ -163,7 +165,7 @@ class ModelMediatedRobotHalf {
 
  private:
   /** N, in B: F_r before its limits.
-  @param way m: x_p - x_r. */
+  @param way m: x_pr - x_r. */
   Eigen::Vector3d CalcForce(const Eigen::Vector3d& way,
                             const Eigen::Matrix3d& force_selection,
                             const State& state) const noexcept;
@@ -172,7 +174,7 @@ class ModelMediatedRobotHalf {
   RobotSideProxy proxy_;
   SurfaceEstimator estimator_;
   VirtualSpring limiter_;
-  double spare_stiffness_;  // N/m: k_vir.
+  double other_stiffness_;  // N/m: k_vir.
   SampleSender<ModelMediatedSurfaceMessage> sender_;
 };
 
