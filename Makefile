@@ -60,6 +60,7 @@ figures: build  ## Print the tables of README and docs, draw the README's pictur
 	  --delays 0,0.05,0.15,0.35,1.5
 	$(BIN)/python benchmarks/comparison.py --page docs/comparison.md \
 	  --picture docs/images/comparison.png
+	$(BIN)/dual-proxy reproduce --engine bare --page docs/reproduction.md
 	$(BIN)/python benchmarks/law.py --page docs/notes_on_the_paper.md
 	$(BIN)/python benchmarks/loop_cost.py --page docs/benchmarks.md
 	$(BIN)/dual-proxy bench engine --page docs/benchmarks.md

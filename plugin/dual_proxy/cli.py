@@ -363,6 +363,12 @@ def _add_reproduce(commands: Any) -> None:
     add = command.add_argument
     add("--quick", action="store_true", help="one seed, engine bare: a minute")
     add("--page", type=Path, metavar="MD", help="page to be filled")
+    add(
+        "--engine",
+        choices=ENGINES,
+        default="auto",
+        help="as of run; the page's is bare, which takes minutes in place of an hour",
+    )
     _add_many(command, "out/reproduce")
 
 
@@ -419,7 +425,7 @@ def _reproduce(options: argparse.Namespace) -> int:
 
     out = options.out or Path("out/reproduce")
     tables, failures = reproduce(
-        options.quick, out, jobs=options.jobs, page=options.page
+        options.quick, out, options.jobs, options.page, options.engine
     )
     for name, table in tables.items():
         print(f"{name}\n\n{table}\n")

@@ -180,7 +180,7 @@ def draw_scene(series: Mapping[float, Series], path: Path) -> None:
     figure.legend(
         handles=handles,
         loc="outside upper center",
-        ncols=len(handles),
+        ncols=min(len(handles), 5),
         frameon=False,
         fontsize=8,
     )
@@ -232,7 +232,7 @@ def draw_errors(table: pd.DataFrame, path: Path) -> None:
     figure.legend(
         handles=handles,
         loc="outside upper center",
-        ncols=len(handles),
+        ncols=min(len(handles), 5),
         frameon=False,
         fontsize=9,
     )

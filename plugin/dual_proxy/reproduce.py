@@ -67,6 +67,7 @@ def reproduce(
     out: str | Path = "out/reproduce",
     jobs: int | None = None,
     page: Path | None = None,
+    engine: str = "auto",
     progress: Callable[[str], None] | None = None,
 ) -> tuple[dict[str, str], list[str]]:
     """Run every scene and compare with what is claimed of it.
@@ -83,6 +84,8 @@ def reproduce(
         Runs at a time, by default as many as there are processors.
     page : Path, optional
         A page to be filled, with figures in images/ beside it.
+    engine : str
+        As for `run`; with `quick` "auto" is the bare engine.
     progress : callable, optional
         As for `compare`.
 
@@ -104,7 +107,7 @@ def reproduce(
     if page is not None:
         check_page(page, quick, page_marks())
     scenes = _scenes()
-    plan = _make_plan(scenes, quick)
+    plan = _make_plan(scenes, quick, "bare" if quick and engine == "auto" else engine)
     with RunsFolder(out, "reproduce") as folder:
         results = run_many(list(plan.values()), folder, workers, progress)
         by_key = dict(zip(plan, results, strict=True))
@@ -131,7 +134,9 @@ def _scenes() -> dict[str, Scenario]:
     return {name: scene for name, scene in scenarios.items() if scene.claims}
 
 
-def _make_plan(scenes: Mapping[str, Scenario], quick: bool) -> dict[Key, Job]:
+def _make_plan(
+    scenes: Mapping[str, Scenario], quick: bool, engine: str
+) -> dict[Key, Job]:
     plan = {}
     for name, scene in scenes.items():
         delays = _DELAYS.get(name, (scene.link.delay,))
@@ -144,13 +149,13 @@ def _make_plan(scenes: Mapping[str, Scenario], quick: bool) -> dict[Key, Job]:
                         for seed in range(1 if quick else _SEEDS):
                             key = Key(name, setting, law, scheme, delay, seed)
                             plan[key] = _make_job(
-                                key, scene, overrides | changes, quick
+                                key, scene, overrides | changes, engine
                             )
     return plan
 
 
 def _make_job(
-    key: Key, scene: Scenario, overrides: Mapping[str, Any], quick: bool
+    key: Key, scene: Scenario, overrides: Mapping[str, Any], engine: str
 ) -> Job:
     scenario = change_scenario(
         scene, scheme=key.scheme, delay=key.delay, seed=key.seed, overrides=overrides
@@ -159,8 +164,7 @@ def _make_job(
         *(key.scene, key.setting, key.scheme, key.law),
         *(f"{1e3 * key.delay:g}ms", str(key.seed)),
     )
-    engine = choose_engine("bare" if quick else "auto", scenario)
-    return Job(" ".join(filter(None, parts)), scenario, engine)
+    return Job(" ".join(filter(None, parts)), scenario, choose_engine(engine, scenario))
 
 
 def _judge(
