@@ -439,7 +439,7 @@ def _key(job: Job) -> str:
     """A digest of all that decides a run."""
     scenario = job.scenario.to_mapping()
     for name in _REMARKS:
-        del scenario[name]
+        scenario.pop(name, None)
     decisive = (
         job.engine,
         _package(),
