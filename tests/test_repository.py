@@ -37,6 +37,8 @@ def test_all_public_names_exist():
         "README.md",
         "docs/benchmarks.md",
         "docs/notes_on_the_paper.md",
+        "docs/comparison.md",
+        "docs/reproduction.md",
         "docs/use_from_cpp.md",
     ],
 )
