@@ -290,7 +290,11 @@ int ForceSpaceParticleFilter::CalcPaperDimension(
   const double remove = params_.alpha_remove * S(0);
   const int at_least = 1 + (S(1) > add) + (S(2) > add);
   const int at_most = 3 - (S(1) < remove) - (S(2) < remove);
-  return std::clamp(state.dimension, at_least, at_most);
+  const int d = state.dimension;
+  if (params_.dimension_rule == DimensionRule::kPrinted) {
+    return d < at_least ? at_most : d > at_most ? at_least : d;
+  }
+  return std::clamp(d, at_least, at_most);
 }
 
 void ForceSpaceParticleFilter::CalcSpaces(State* state) const noexcept {

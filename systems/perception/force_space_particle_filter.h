@@ -30,6 +30,19 @@ struct EnumStrings<Likelihood> {
       {Likelihood::kFrictionCone, "friction_cone"}};
 };
 
+/** How Algorithm 3 takes the dimension d from its bounds d_hb <= d_lb. */
+enum class DimensionRule {
+  kClamped,  ///< d stays where it was, as far as the bounds let it.
+  kPrinted,  ///< Below d_hb it becomes d_lb, above d_lb it becomes d_hb.
+};
+
+template <>
+struct EnumStrings<DimensionRule> {
+  static constexpr std::pair<DimensionRule, const char*> kValues[] = {
+      {DimensionRule::kClamped, "clamped"},
+      {DimensionRule::kPrinted, "printed"}};
+};
+
 /** Corners of the two ramps of the likelihood, eq. (6) and (7). */
 struct ForceSpaceParticleFilterThresholds {
   double force_low{0};
@@ -71,6 +84,7 @@ struct ForceSpaceParticleFilterParams {
   ForceSpaceParticleFilterThresholds resampling_thresholds{0, 3, 0.001, 0.01};
   double alpha_add{0.5};
   double alpha_remove{0.1};
+  DimensionRule dimension_rule{DimensionRule::kClamped};
   double epsilon{1e-6};
   int prior_particles{50};
   double prior_std{0.1};
@@ -107,6 +121,10 @@ struct ForceSpaceParticleFilterParams {
     a->Visit(Field("alpha_remove", &alpha_remove,
                    Between(Open(0), {alpha_add, "alpha_add"}), "",
                    "share of it below which a direction is removed"));
+    VisitEnum(a, "ForceSpaceParticleFilterParams", "dimension_rule",
+              &dimension_rule,
+              "of Algorithm 3: as printed, a dimension that has to change goes "
+              "to the farther bound");
     a->Visit(Field(
         "epsilon", &epsilon, Between(1e-12, 0.1), "",
         "vectors no longer than this count as zero (N for the commands)"));
@@ -230,7 +248,8 @@ Where the latter departs from what is printed:
 - Each of w_f and w_v is clamped to [0, 1] (the paper says that they are in it).
 - Algorithm 2 advances while the cumulative weight is *below* the sample.
 - Algorithm 3 is the clamp of the previous dimension to [d_hb, d_lb]; as printed
-  it jumps to the upper bound. "Free" is |S| < sqrt(num_particles / 2), (9).
+  (DimensionRule::kPrinted) it jumps to the bound on the other side. "Free" is
+  |S| < sqrt(num_particles / 2), (9).
 - All weights zero: the printed resampling divides by zero. The moved particles
   are kept, the last slot becomes the centre, and it is counted.
 - n_add is w(rho_t) num_particles rounded to the nearest integer, half up.

@@ -148,11 +148,37 @@ TEST_F(ForceSpaceParticleFilterTest, CornerGivesTwoWithoutPassingThree) {
   ASSERT_EQ(state_.dimension, 1);
   for (int i = 0; i < 15; ++i) {
     Press(8 * down_ + 8 * side_, 8 * side_, 8 * down_, 1);
-    // Algorithm 3 as printed jumps to three here.
     EXPECT_LE(state_.dimension, 2);
   }
   EXPECT_EQ(state_.dimension, 2);
   EXPECT_LT(AngleDeg(state_.singular_vectors.col(2), Vector3d::UnitX()), 5);
+}
+
+// At rest the scatter alone spreads the particles beyond alpha_remove in every
+// direction, d_lb = 3; the second wall makes d_hb = 2.
+TEST_F(ForceSpaceParticleFilterTest, PrintedRuleJumpsToThreeInACorner) {
+  ForceSpaceParticleFilterParams params = MakePaperParams();
+  params.dimension_rule = DimensionRule::kPrinted;
+  const ForceSpaceParticleFilter printed(params);
+  ForceSpaceParticleFilterState state = printed.MakeState(1);
+  const auto press = [&](const Vector3d& force, const Vector3d& motion,
+                         const Vector3d& contact, int updates) {
+    Press(force, motion, contact, updates);
+    for (int i = 0; i < updates; ++i) {
+      printed.Update(force, slide_, motion, contact, &state);
+    }
+  };
+  press(8 * down_, 8 * down_, zero_, 2);
+  press(8 * down_, zero_, 8 * down_, 30);
+  EXPECT_EQ(state.dimension, 1);
+  // Of the particles themselves the rule changes nothing.
+  for (int i = 0; i < 15 && state_.dimension < 2; ++i) {
+    press(8 * down_ + 8 * side_, 8 * side_, 8 * down_, 1);
+    EXPECT_EQ(state.particles, state_.particles);
+    EXPECT_EQ(state.dimension, state_.dimension < 2 ? 1 : 3);
+  }
+  ASSERT_EQ(state_.dimension, 2);
+  EXPECT_TRUE(state.force_selection.isIdentity(0));
 }
 
 // Every input turned by R turns the axis by R. The random numbers are not
