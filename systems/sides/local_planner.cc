@@ -45,7 +45,7 @@ void LocalPlannerParams::Validate() const {
   }
   for (const Eigen::Vector3d& direction : directions) {
     ThrowUnlessIn(who, "directions", direction, Finite());
-    if (direction.stableNorm() == 0) {
+    if (direction == Eigen::Vector3d::Zero()) {
       ThrowInvalidField(who, "directions", "vectors with a direction", 0);
     }
   }
