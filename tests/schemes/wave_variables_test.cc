@@ -91,6 +91,35 @@ TEST_P(ContactTest, IsASpring) {
   }
 }
 
+// Why there is a low-pass by default, and what it costs of the force that the
+// line would give without it.
+TEST_P(ContactTest, LowPassSparesTheHandStepsForALittleForce) {
+  // N: the largest step at the hand in 1 ms, as it brings the robot down at 30
+  // mm/s.
+  const auto largest_step = [](Bench::Params params) {
+    params.clearance = 0.02;
+    params.hand.z() = params.handle.z() = params.clearance / Bench::kScale;
+    Bench bench(params);
+    double largest = 0;
+    while (bench.time() < 6) {
+      const double way = 0.03 * std::clamp(bench.time() - 1, 0.0, 2.0);
+      bench.set_hand({0, 0, (params.clearance - way) / Bench::kScale});
+      const double before = bench.device_force().z();
+      bench.Step();
+      largest = std::max(largest, std::abs(bench.device_force().z() - before));
+    }
+    EXPECT_TRUE(bench.connected());
+    return largest;
+  };
+  Bench::Params params = MakeContactParams(GetParam().delay);
+  EXPECT_LT(largest_step(params), 0.4);
+  Bench bench(params);
+  bench.AdvanceTo(30);
+  EXPECT_NEAR(bench.wall_force(), GetParam().force, 0.025 * GetParam().force);
+  params.scheme.wave_cutoff = 0;
+  EXPECT_GT(largest_step(params), 2);
+}
+
 // Late and lost messages cost next to nothing.
 TEST_P(ContactTest, RemainsOverABadLink) {
   for (const auto& [loss, jitter, tolerance] :
