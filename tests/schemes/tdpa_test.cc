@@ -205,21 +205,36 @@ TEST_P(ObserverTest, DoesNotAllocate) {
   EXPECT_EQ(guard.count(), 0);
 }
 
-// The link itself is active: from a start that moves, the robot catching up
-// with a hand 70 mm away, it feeds a limit cycle. The law is the same with and
-// without the controllers.
+// The link itself is active: with the force's loop gain in contact, kappa s Ks
+// / K = 1.1, what disturbs it grows to a limit cycle that gives 0.5 W. How much
+// energy that is by the end of the path depends on how large it was at first,
+// on how far the robot starts from where the hand means it. 3 mm are enough for
+// the -9.7 J of an independent trial of the law, which does not say where it
+// starts; 70 mm give twice as much; from the very place it has hardly begun
+// when the hand lifts. The law is the same with and without the controllers.
 TEST(TdpaTest, WithoutControllersTheLinkMakesEnergy) {
-  Bench::Params params = MakeParams(TdpaObserver::kTwoPort, 0.15);
-  params.clearance = 0;
-  const PathResult controlled = Follow(params);
-  EXPECT_GT(controlled.least_of_all, -0.5) << Describe(controlled);
-  EXPECT_GT(controlled.least_input, -0.5) << Describe(controlled);
-  params.scheme.passivity_control = false;
-  const PathResult observed = Follow(params);
-  EXPECT_LT(observed.least_robot, -5) << Describe(observed);
-  EXPECT_LT(observed.least_input, -5) << Describe(observed);
-  EXPECT_EQ(observed.dissipated, 0);
-  EXPECT_EQ(observed.saturated, 0);
+  struct Case {
+    double clearance, least, most;  // m, J.
+  };
+  for (const Case& c :
+       {Case{0, -20, -18}, Case{kClearance - 0.003, -10.2, -9.2},
+        Case{kClearance, -0.3, -0.1}}) {
+    Bench::Params params = MakeParams(TdpaObserver::kTwoPort, 0.15);
+    params.clearance = c.clearance;
+    const PathResult controlled = Follow(params);
+    EXPECT_GT(controlled.least_of_all, -0.5) << Describe(controlled);
+    EXPECT_GT(controlled.least_input, -0.5) << Describe(controlled);
+    params.scheme.passivity_control = false;
+    const PathResult observed = Follow(params);
+    EXPECT_GT(observed.least_robot, c.least) << Describe(observed);
+    EXPECT_LT(observed.least_robot, c.most) << Describe(observed);
+    // Nothing of the scheme's own books, which count the loan of 0.05 J.
+    EXPECT_NEAR(observed.least_input, observed.least_robot,
+                0.3 + 0.1 * std::abs(observed.least_robot))
+        << Describe(observed);
+    EXPECT_EQ(observed.dissipated, 0);
+    EXPECT_EQ(observed.saturated, 0);
+  }
 }
 
 // Sizes are those of an independent trial of the same laws on such a bench: std
@@ -243,6 +258,44 @@ TEST(TdpaTest, ReflectionIsSteadierThanOnePort) {
     EXPECT_NEAR(reflection.force_mean, 4.99, 0.05);
     EXPECT_LT(std::abs(reflection.offset), 1e-3) << Describe(reflection);
   }
+}
+
+// N: the standard deviation of the force on the hand in the last 8 s of a
+// minute of contact.
+double StdAfterAMinute(const Bench::Params& params) {
+  Bench bench(params);
+  while (bench.time() < 52) {
+    const double time = std::min(bench.time(), kLift);
+    bench.set_hand({0, 0, IntendedHeight(time) / Bench::kScale});
+    bench.Step();
+  }
+  return bench.MeanAndStd(8, [&] { return bench.device_force().z(); }).second;
+}
+
+// At 350 ms that trial has 3.84 N with one_port and .77 N with reflection. Here
+// the path ends before either is steady, and reflection, which disturbs more at
+// first, swings more then (1.8 and 1.1 N): with the loop gain of 1.1 both grow
+// to the same limit cycle, as 27 N s/m are too little. With 100 N s/m, the
+// other device of those laws, the order is the trial's, and both come to rest;
+// and likewise, whatever the device can do, where the loop gain is below one.
+TEST(TdpaTest, At350MsTheDevicesDampingDecides) {
+  const auto params = [](TdpaObserver observer, double force_scale,
+                         double damping) {
+    Bench::Params result = MakeParams(observer, 0.35);
+    result.scheme.force_scale = force_scale;
+    result.scheme.max_device_damping = damping;
+    return result;
+  };
+  for (const TdpaObserver observer :
+       {TdpaObserver::kOnePort, TdpaObserver::kEnergyReflection}) {
+    const double std = StdAfterAMinute(params(observer, 0.6, 27));
+    EXPECT_GT(std, 3.5) << EnumToString(observer);
+    EXPECT_LT(std, 5) << EnumToString(observer);
+    EXPECT_LT(StdAfterAMinute(params(observer, 0.6, 100)), 0.2);
+    EXPECT_LT(StdAfterAMinute(params(observer, 0.5, 27)), 0.05);
+  }
+  EXPECT_LT(Follow(params(TdpaObserver::kEnergyReflection, 0.6, 100)).force_std,
+            Follow(params(TdpaObserver::kOnePort, 0.6, 100)).force_std);
 }
 
 // What the paper and others criticise in it: with delay the robot is held back,
