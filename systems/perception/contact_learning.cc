@@ -53,6 +53,21 @@ double ContactTracker::CalcSlidingFriction(const State& state) const noexcept {
                             : CalcMaxFriction(state);
 }
 
+double ContactTracker::CalcStickingFriction(const State& state) const noexcept {
+  const double mu = CalcMaxFriction(state);
+  // A normal that never slid is that of the mean force, which friction may have
+  // tilted by as much the other way.
+  const double tilted =
+      std::clamp(params_.max_friction, mu,
+                 mu + kFrictionFactor * std::max(0.0, state.friction));
+  double most = 0;
+  for (int i = 0; i < state.count; ++i) {
+    const TrackedContact& contact = state.contacts[i];
+    most += (contact.slid < kSettledSlide ? tilted : mu) * contact.force;
+  }
+  return most;
+}
+
 void ContactTracker::NoteSinking(const Vector3d& force,
                                  const Vector3d& velocity,
                                  State* state) const noexcept {

@@ -205,7 +205,6 @@ void ContactTracker::Explain(const Vector3d& force, const Vector3d& velocity,
 
   // Non-negative least squares by coordinates; first without friction, whose
   // bound follows from the normal forces.
-  const double mu = CalcMaxFriction(*state);
   double total = 0;
   double friction = 0;
   Vector3d rest = force;
@@ -236,7 +235,8 @@ void ContactTracker::Explain(const Vector3d& force, const Vector3d& velocity,
   // exactly along a velocity that is not exact.
   const double astray = std::min(
       1.0, kAstray + 0.3 * params_.velocity_noise / std::max(speed, 1e-9));
-  const double allowed = (1 - state->sliding) * mu * total + astray * friction;
+  const double allowed =
+      (1 - state->sliding) * CalcStickingFriction(*state) + astray * friction;
   const double size = rest.norm();
   state->unexplained =
       size > allowed ? Vector3d(rest * (1 - allowed / size)) : Vector3d::Zero();

@@ -261,6 +261,8 @@ class ContactTracker {
   double CalcSlidingShare(double speed) const noexcept;
   double CalcMaxFriction(const State& state) const noexcept;
   double CalcSlidingFriction(const State& state) const noexcept;
+  /** N: the most that friction takes where it sticks. */
+  double CalcStickingFriction(const State& state) const noexcept;
   void NoteCreeping(const Eigen::Vector3d& velocity,
                     State* state) const noexcept;
   void LearnMisfit(const Eigen::Vector3d& force,

@@ -132,6 +132,28 @@ TEST_P(RateTest, VelocityNoiseIsNoSliding) {
   EXPECT_GT(UncertaintyDeg(dut), 10);
 }
 
+// Friction that is known has tilted the force, and with it the normal, at
+// first; then it pulls the other way.
+TEST_P(RateTest, FrictionThatTurnsBackIsNoContact) {
+  const double rate = GetParam();
+  for (const double friction : {0.1, 0.2, 0.25}) {
+    Feeler dut(rate, 4);
+    dut.Feel(kZero, 0.1 * kAlong, 1);
+    dut.Feel(6 * kDown, kZero, 0.5);
+    const Vector3d velocity = 0.05 * kAlong;
+    dut.Feel(SlidingForce(6, friction, velocity), velocity, 1.5);
+    dut.Feel(kZero, 0.1 * kAlong, 1.5);
+    ASSERT_EQ(dut.dimension(), 0);
+    dut.Feel(SlidingForce(8, friction, kWall), kZero, 1.5);
+    EXPECT_EQ(dut.dimension(), 1) << rate << " " << friction;
+    const auto updates = std::lround(1.5 * rate);
+    for (long i = 0; i < updates; ++i) {
+      dut.Update(SlidingForce(8, friction, Vector3d(-kWall)), kZero);
+      ASSERT_EQ(dut.dimension(), 1) << rate << " " << friction;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Hz, RateTest, ::testing::Values(15, 100, 200, 1000));
 
 TEST(RealContactTest, OneWildInputDecidesNothing) {
