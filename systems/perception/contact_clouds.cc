@@ -19,7 +19,9 @@ using Eigen::Vector3d;
 constexpr double kDrift = 1e-6;         // rad^2/s: of a normal at rest.
 constexpr double kDistinctAngle = 0.2;  // rad: below, contacts are one.
 constexpr double kPriorHold = 0.1;      // s: a prior says the same so long.
-constexpr double kShapeWay = 0.01;      // m: over which a shape is learned.
+constexpr double kShapeWay = 0.01;      // m: over which a shape is learned,
+constexpr double kEdgeWay = 0.02;       // m: of two contacts; four times what
+                                        // these lag, so that it does not swing.
 constexpr double kMostShape = 100;      // 1/m: over edges it is no shape.
 constexpr double kSinkingDoubt = 2;     // Of sinking that is expected.
 
@@ -166,16 +168,22 @@ void ContactTracker::Follow(int index, double other_force,
   const Vector3d before = normal;
   CalcStatistics(index, particles, state);
   contact.rolled *= roll_decay_;
-  if (count == 1 && slides == 1 && contact.slid >= kSettledSlide) {
-    contact.rolled += (contact.normal - before).dot(y);
+  if (count < 3 && slides == 1 && contact.slid >= kSettledSlide) {
+    Vector3d beside = contact.normal - expected;
+    if (count == 1) {
+      contact.rolled += (contact.normal - before).dot(y);
+    } else {
+      // How it turns within the plane of both nothing shows.
+      beside = beside.dot(x) * x;
+    }
     // What it has turned beside what was expected, of that a part; less as long
     // as that may be a bias.
     const double doubt =
         bias * bias / (params_.force_noise * params_.force_noise);
     const double share =
-        std::min(1.0, distance / kShapeWay) / (distance * (1 + doubt * doubt));
-    contact.shape +=
-        (contact.normal - expected) * (share / distance * step).transpose();
+        std::min(1.0, distance / (count == 1 ? kShapeWay : kEdgeWay)) /
+        (distance * (1 + doubt * doubt));
+    contact.shape += beside * (share / distance * step).transpose();
     const double largest = contact.shape.norm();
     if (largest > kMostShape) contact.shape *= kMostShape / largest;
   }

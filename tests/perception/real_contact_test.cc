@@ -132,6 +132,40 @@ TEST_P(RateTest, VelocityNoiseIsNoSliding) {
   EXPECT_GT(UncertaintyDeg(dut), 10);
 }
 
+// The edge between a cylinder and a wall across it, both without friction.
+TEST_P(RateTest, CurvedEdgeIsFollowed) {
+  constexpr double kSpeed = 0.03;
+  const double rate = GetParam();
+  for (const double radius : {0.05, 0.1, 0.2}) {
+    // It turns by 2.3 degrees between two inputs.
+    if (rate < 100 && radius < 0.1) continue;
+    Feeler dut(rate, 3);
+    dut.Feel(kZero, 0.1 * kWall, 1);
+    dut.Feel(6 * kDown, kZero, 1);
+    dut.Feel(6 * kDown, 0.05 * kWall, 1);
+    dut.Feel(6 * kDown + 5 * kWall, kZero, 0.5);
+    ASSERT_EQ(dut.dimension(), 2);
+    const double turn = kSpeed / (radius * rate);
+    double sum = 0;
+    int count = 0;
+    double angle = 0;
+    for (const double goal : {0.7, -0.7, 0.7}) {
+      const double sign = goal > angle ? 1 : -1;
+      while (sign * (goal - angle) > turn) {
+        angle += sign * turn;
+        const double deg = angle * 180 / kPi;
+        const Vector3d axis = Turned(kAlong, Vector3d(-kDown), deg);
+        dut.Update(6 * Turned(kDown, kAlong, deg) + 5 * kWall,
+                   sign * kSpeed * axis);
+        ASSERT_EQ(dut.dimension(), 2) << rate << " " << radius;
+        sum += AngleDeg(dut.free_axis(), axis);
+        ++count;
+      }
+    }
+    EXPECT_LT(sum / count, 2) << rate << " " << radius;
+  }
+}
+
 // Friction that is known has tilted the force, and with it the normal, at
 // first; then it pulls the other way.
 TEST_P(RateTest, FrictionThatTurnsBackIsNoContact) {
