@@ -95,6 +95,8 @@ struct HapticHalfInput {
   /** [force; moment] on the hand, N, N m: what the device's controller sent in
   the period before, after all its limits. */
   Vector6 device_wrench{Vector6::Zero()};
+  /** Whether a clutch holds X_DH; the hand is somewhere else. */
+  bool held{false};
 };
 
 /** What the device's controller is to do, in D. */

@@ -68,7 +68,8 @@ void HapticSide::Update(double time, const HapticSideInput& input,
                {.message = input.message,
                 .X_DH = output.X_DH,
                 .device_velocity = velocity,
-                .device_wrench = output.device_wrench},
+                .device_wrench = output.device_wrench,
+                .held = state->aids.clutch.clutched},
                &state->half);
   const HapticHalfOutput& half = state->half.output();
   output.setpoint = half.setpoint;

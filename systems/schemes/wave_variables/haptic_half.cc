@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/schemes/wave_variables/scheme.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/common/low_pass.h"
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
@@ -10,6 +12,17 @@ namespace dual_proxy {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+
+namespace {
+
+// Of the wave w, no more than is steady of it.
+Vector3d SteadyPart(const Vector3d& w, const Vector3d& steady) noexcept {
+  const double power = w.squaredNorm();
+  if (!(power > 0)) return Vector3d::Zero();
+  return std::clamp(steady.dot(w) / power, 0.0, 1.0) * w;
+}
+
+}  // namespace
 
 void WaveToRobot::WriteBody(double* body) const noexcept {
   Eigen::Map<Vector3d>{body} = sums.wave;
@@ -40,6 +53,7 @@ WaveVariablesHapticHalf::WaveVariablesHapticHalf(const HapticHalfParams& shared,
                .cutoff = own.wave_cutoff}),
       sender_(shared.sender),
       period_(shared.proxy.period),
+      steady_gain_(LowPassGain(kSteadyCutoff, period_)),
       max_release_(own.release_rate * period_) {}
 
 WaveVariablesHapticHalfState WaveVariablesHapticHalf::MakeState() const {
@@ -70,7 +84,12 @@ void WaveVariablesHapticHalf::Update(double time, const HapticHalfInput& input,
     const Vector3d v_d = map_.params().scale *
                          (R_DB.transpose() * input.device_velocity.head<3>());
     const Vector3d w = player_.Play(&state->player);
-    state->sent.Add(root * v_d - w, period_);
+    state->steady_wave += steady_gain_ * (w - state->steady_wave);
+    if (input.held) {
+      state->sent.Add(-SteadyPart(w, state->steady_wave), period_);
+    } else {
+      state->sent.Add(root * v_d - w, period_);
+    }
     force = -params_.force_scale * (R_DB * (b * v_d - root * w));
   } else {
     force = RateLimit(force, Vector3d::Zero(), max_release_);

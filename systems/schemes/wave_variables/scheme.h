@@ -169,8 +169,9 @@ class WaveVariablesRobotHalf {
 /** What WaveVariablesHapticHalf remembers. */
 struct WaveVariablesHapticHalfState {
   LinkMonitorState link;
-  WavePlayerState player;  ///< Of w.
-  WaveSums sent{};         ///< Of u.
+  WavePlayerState player;                                ///< Of w.
+  WaveSums sent{};                                       ///< Of u.
+  Eigen::Vector3d steady_wave{Eigen::Vector3d::Zero()};  ///< LowPass(w).
   SampleSenderState<WaveToRobot> sender;
   HapticHalfOutput output{};  ///< Of the last period.
 };
@@ -181,13 +182,19 @@ struct WaveVariablesHapticHalfState {
 
 with the device's velocity v_d in B and in the robot's scale. Before the first
 message w is zero, so that the hand feels the damping of a link that is longer
-still, and what it does meanwhile is on its way. When the link is lost the force
-goes to zero at release_rate, and no wave is sent until one comes. A period
-whose time, pose or velocity is not valid is refused and counted: the same
-happens. */
+still, and what it does meanwhile is on its way. While a clutch holds the device
+u = -g w, with g in [0, 1] for which g w has no more than LowPass(w) has along
+w: a device at rest would throw back every wave, and one under way would move
+the robot to and fro for long. What holds a contact is steady and goes back.
+When the link is lost the force goes to zero at release_rate, and no wave is
+sent until one comes. A period whose time, pose or velocity is not valid is
+refused and counted: the same happens. */
 class WaveVariablesHapticHalf {
  public:
   using State = WaveVariablesHapticHalfState;
+
+  /** Of that low-pass, Hz. */
+  static constexpr double kSteadyCutoff = 0.3;
 
   /** @throws std::invalid_argument if a parameter is invalid. */
   WaveVariablesHapticHalf(const HapticHalfParams& shared,
@@ -207,6 +214,7 @@ class WaveVariablesHapticHalf {
   WavePlayer player_;
   SampleSender<WaveToRobot> sender_;
   double period_;
+  double steady_gain_;
   double max_release_;  // N: in a period.
 };
 
