@@ -362,7 +362,10 @@ void BindHapticSide(py::module_& m) {
           "clutched", [](const S& self) { return self.aids.clutch.clutched; },
           "whether the robot holds its place and the hand is free")
       .def_property_readonly(
-          "homing", [](const S& self) { return self.aids.homing.active; },
+          "homing",
+          [](const S& self) {
+            return self.aids.homing.active && !self.aids.homing.done;
+          },
           "whether the handle is on its way home");
 
   py::class_<HapticSide>(m, "HapticSide",

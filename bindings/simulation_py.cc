@@ -71,6 +71,9 @@ void BindOperator(py::module_& m) {
           "`points`; or (3, 0): no rotation")
       .Field("clutch", &Params::clutch,
              "[start, end] each, s: the operator presses the clutch")
+      .Field("home", &Params::home,
+             "[start, end] each, s: the operator asks for the way home and "
+             "gives way to it")
       .Field("force_scale", &Params::force_scale,
              "[time, scale] each, s: what the operator asks for from then on");
   py::class_<OperatorPath>(

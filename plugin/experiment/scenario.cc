@@ -186,7 +186,7 @@ void Waypoint::Validate() const { ValidateFields("Waypoint", *this); }
 
 void OperatorParams::Validate() const {
   ValidateFields("OperatorParams", *this);
-  ValidateButtons("OperatorParams", clutch, force_scale);
+  ValidateButtons("OperatorParams", clutch, home, force_scale);
 }
 
 void Scenario::ApplyPresets() {

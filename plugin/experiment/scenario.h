@@ -126,6 +126,7 @@ struct OperatorParams {
   double recording_scale{1};
   double press_depth{0.04};
   std::vector<Eigen::Vector2d> clutch;
+  std::vector<Eigen::Vector2d> home;
   std::vector<Eigen::Vector2d> force_scale;
 
   /** @throws std::invalid_argument naming the field, its range and value. */
@@ -152,6 +153,10 @@ struct OperatorParams {
     a->Visit(Field("clutch", &clutch,
                    "[start, end] each, s: the clutch is pressed; the hand goes "
                    "on along its path, the robot from then on beside it"));
+    a->Visit(Field("home", &home,
+                   "[start, end] each, s: the handle is led home and held "
+                   "there, the hand gives way and then goes on along its path "
+                   "from there; the robot waits"));
     a->Visit(Field("force_scale", &force_scale,
                    "[time, scale] each, s: by which the hand has its force "
                    "multiplied from then on"));

@@ -37,7 +37,8 @@ RobotSideParams<Robot> MakeRobotSideParams(const Scenario& scenario) {
 HapticSideParams MakeHapticSideParams(const Scenario& scenario) {
   OperatorAidsParams aids = scenario.operator_aids;
   const OperatorParams& person = scenario.operator_params;
-  if (!person.clutch.empty() || !person.force_scale.empty()) {
+  if (!person.clutch.empty() || !person.home.empty() ||
+      !person.force_scale.empty()) {
     aids.buttons = true;
   }
   return {.scheme = scenario.scheme,
@@ -56,6 +57,7 @@ OperatorPathParams CalcHandlePath(const Scenario& scenario) {
   }
   path.rotations = scenario.map.R_DB * path.rotations;
   path.clutch = scenario.operator_params.clutch;
+  path.home = scenario.operator_params.home;
   path.force_scale = scenario.operator_params.force_scale;
   return path;
 }

@@ -78,25 +78,21 @@ Homing::Homing(const HomingParams& params, double period)
 
 void Homing::Update(bool requested, const Vector3d& p, const Vector3d& v,
                     HomingState* state) const noexcept {
-  if (!requested) state->done = false;
-  const bool usable = p.allFinite() && v.allFinite();
   Vector3d force = Vector3d::Zero();
-  if (!requested || state->done) {
-    state->active = false;
-  } else if (usable) {
+  if (!requested) {
+    state->active = state->done = false;
+  } else if (p.allFinite() && v.allFinite()) {
     if (!state->active) state->target = p;
     state->active = true;
     const Vector3d next =
         RateLimit(state->target, Vector3d::Zero(), params_.speed * period_);
     state->target = p + Saturate(next - p, leash_);
     if (p.norm() < params_.tolerance && v.norm() < params_.speed) {
-      state->active = false;
       state->done = true;
-    } else {
-      force = Saturate(
-          params_.stiffness * (state->target - p) - params_.damping * v,
-          params_.max_force);
     }
+    force =
+        Saturate(params_.stiffness * (state->target - p) - params_.damping * v,
+                 params_.max_force);
   }
   state->force = RateLimit(state->force, force, params_.force_rate * period_);
 }

@@ -170,14 +170,15 @@ struct HomingParams {
 struct HomingState {
   Eigen::Vector3d target{Eigen::Vector3d::Zero()};  ///< m: on its way home.
   Eigen::Vector3d force{Eigen::Vector3d::Zero()};   ///< N, on the hand.
-  bool active{false};  ///< Whether the handle is on its way.
+  bool active{false};  ///< Whether the handle is led, or held at home.
   bool done{false};    ///< Whether it came home under this request.
 };
 
 /** Leads the handle to the device's home as long as it is asked to: by a spring
 to a point that moves there at a limited speed, with a limited force. Where the
 handle is held the point waits for it, so that a hand that lets go is not left
-with a stretched spring. It is home when it is near and slow. */
+with a stretched spring. It is home when it is near and slow; there it is kept.
+*/
 class Homing {
  public:
   /** @param period  s, > 0: between two calls of Update().

@@ -293,10 +293,11 @@ class HapticSideBlock final
                   .device_velocity = memory->device.read_velocity,
                   .handle_force = memory->device.handle_force,
                   .buttons = {.clutch = intended.clutch,
+                              .home = intended.home,
                               .force_scale = intended.force_scale}},
                  &memory->side);
     device_->Update({.p = intended.position, .R = intended.rotation},
-                    intended.velocity, told, &memory->device);
+                    intended.velocity, told, &memory->device, intended.home);
   }
 
   void WriteOutputs(double, const HapticBlockMemory& memory, InputPorts*,

@@ -93,7 +93,7 @@ class SimulatedHapticDeviceBlock final
               SimulatedHapticDeviceState* state) const override {
     const OperatorPathSample intended = path_.Calc(time);
     device_.Update({.p = intended.position, .R = intended.rotation},
-                   intended.velocity, wrench, state);
+                   intended.velocity, wrench, state, intended.home);
   }
 
   void WriteOutputs(double, const SimulatedHapticDeviceState& state,

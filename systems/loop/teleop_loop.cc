@@ -110,10 +110,11 @@ void TeleopLoop<Robot>::UpdateHapticSide(double time,
                   .device_velocity = state->device.read_velocity,
                   .handle_force = state->device.handle_force,
                   .buttons = {.clutch = intended.clutch,
+                              .home = intended.home,
                               .force_scale = intended.force_scale}},
                  &state->haptic);
   device_.Update({.p = intended.position, .R = intended.rotation},
-                 intended.velocity, told, &state->device);
+                 intended.velocity, told, &state->device, intended.home);
 }
 
 template <typename Robot>

@@ -28,8 +28,7 @@ void OperatorAids::FilterInput(const OperatorButtons& buttons, Pose* X_DH,
   if (buttons_) {
     homing_.Update(buttons.home, X_DH->p, v, &state->homing);
     state->fixture_force += state->homing.force;
-    clutch_.Update(buttons.clutch || state->homing.active, *X_DH,
-                   &state->clutch);
+    clutch_.Update(buttons.clutch || buttons.home, *X_DH, &state->clutch);
     *X_DH = state->clutch.pose;
     if (state->clutch.clutched) device_velocity->setZero();
     if (std::isfinite(buttons.force_scale)) {

@@ -48,7 +48,7 @@ struct OperatorAidsParams {
 /** What the operator asks for beside moving the handle. */
 struct OperatorButtons {
   bool clutch{false};     ///< Pressed: the robot holds still, the hand is free.
-  bool home{false};       ///< Held: the handle goes home.
+  bool home{false};       ///< Held: as clutch, and the handle goes home.
   double force_scale{1};  ///< Of F_h, >= 0; one that is no number is ignored.
 };
 

@@ -59,22 +59,28 @@ SimulatedHapticDeviceState SimulatedHapticDevice::MakeState(
 
 void SimulatedHapticDevice::Update(
     const Pose& intended, const Eigen::Vector3d& intended_velocity,
-    const Eigen::Matrix<double, 6, 1>& device_wrench,
-    State* state) const noexcept {
+    const Eigen::Matrix<double, 6, 1>& device_wrench, State* state,
+    bool yields) const noexcept {
   const bool has_intention =
       IsValidPose(intended) && intended_velocity.allFinite();
   const bool has_wrench = device_wrench.allFinite();
   if (!has_intention || !has_wrench) ++state->bad_inputs;
   if (has_intention) state->intended = intended;
-  const Eigen::Vector3d v_intended =
+  Eigen::Vector3d v_intended =
       has_intention ? intended_velocity : Eigen::Vector3d::Zero();
+  if (yields) {
+    v_intended = state->velocity;
+    state->yielded =
+        state->pose.p + params_.period * v_intended - state->intended.p;
+  }
+  const Eigen::Vector3d p_intended = state->intended.p + state->yielded;
   const Eigen::Vector3d force =
       has_wrench ? Saturate(device_wrench.head<3>(), params_.max_force)
                  : Eigen::Vector3d::Zero();
 
   // Relative to the intention, which moves steadily to where it is at the end.
   const double mass = params_.hand_mass + params_.device_mass;
-  const Eigen::Vector3d start = state->intended.p - params_.period * v_intended;
+  const Eigen::Vector3d start = p_intended - params_.period * v_intended;
   Eigen::Matrix3d inputs;
   inputs.row(0) = state->pose.p - start;
   inputs.row(1) = state->velocity - v_intended;
@@ -88,7 +94,7 @@ void SimulatedHapticDevice::Update(
   }
   const Eigen::Vector3d p_start = state->pose.p;
   const Eigen::Vector3d v_start = state->velocity;
-  const Eigen::Vector3d p = next.row(0).transpose() + state->intended.p;
+  const Eigen::Vector3d p = next.row(0).transpose() + p_intended;
   state->velocity = next.row(1).transpose() + v_intended;
   const Eigen::Vector3d v_free = state->velocity;
   state->pose.p = ClampToWorkspace(p);
@@ -112,9 +118,8 @@ void SimulatedHapticDevice::Update(
       params_.device_damping / params_.period * (state->pose.p - p_start) -
       params_.device_mass / params_.period * (state->velocity - v_start);
   state->pose.R = state->intended.R;
-  state->hand_force =
-      params_.hand_stiffness * (state->intended.p - state->pose.p) +
-      params_.hand_damping * (v_intended - state->velocity);
+  state->hand_force = params_.hand_stiffness * (p_intended - state->pose.p) +
+                      params_.hand_damping * (v_intended - state->velocity);
 
   const Eigen::Vector3d p_read = Quantize(state->pose.p);
   Eigen::Matrix<double, 6, 1> difference;

@@ -84,6 +84,9 @@ struct SimulatedHapticDeviceState {
   /** The last intended pose X_DH that was valid. */
   Pose intended;
 
+  /** m, in D: from there to where the hand goes, since it gave way. */
+  Eigen::Vector3d yielded{Eigen::Vector3d::Zero()};
+
   /** Updates with an intention or a wrench that was not usable. */
   std::int64_t bad_inputs{0};
 };
@@ -122,10 +125,12 @@ class SimulatedHapticDevice {
   @param device_wrench  [force; moment], N and N m, in D: of the device on the
     hand. The force is limited to max_force.
   @param[in,out] state  made by MakeState().
+  @param yields  whether the hand gives way: it goes where the handle goes,
+    without force. After that it goes on as intended, but from there.
   No heap, no throw. */
   void Update(const Pose& intended, const Eigen::Vector3d& intended_velocity,
-              const Eigen::Matrix<double, 6, 1>& device_wrench,
-              State* state) const noexcept;
+              const Eigen::Matrix<double, 6, 1>& device_wrench, State* state,
+              bool yields = false) const noexcept;
 
  private:
   Eigen::Vector3d ClampToWorkspace(const Eigen::Vector3d& p) const noexcept;

@@ -66,15 +66,28 @@ void Interpolate(PathInterpolation interpolation,
   }
 }
 
+bool IsWithin(const std::vector<Eigen::Vector2d>& spans, double time) noexcept {
+  for (const Eigen::Vector2d& span : spans) {
+    if (time >= span(0) && time < span(1)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void ValidateButtons(const char* who,
                      const std::vector<Eigen::Vector2d>& clutch,
+                     const std::vector<Eigen::Vector2d>& home,
                      const std::vector<Eigen::Vector2d>& force_scale) {
-  for (const Eigen::Vector2d& pressed : clutch) {
-    ThrowUnlessIn(who, "clutch", pressed, AtLeast(0));
-    ThrowUnlessIn(who, "clutch", pressed(1), Above({pressed(0), "its start"}));
-  }
+  const auto check = [who](const char* name,
+                           const std::vector<Eigen::Vector2d>& spans) {
+    for (const Eigen::Vector2d& span : spans) {
+      ThrowUnlessIn(who, name, span, AtLeast(0));
+      ThrowUnlessIn(who, name, span(1), Above({span(0), "its start"}));
+    }
+  };
+  check("clutch", clutch);
+  check("home", home);
   double last = -1;
   for (const Eigen::Vector2d& scale : force_scale) {
     ThrowUnlessIn(who, "force_scale", scale, AtLeast(0));
@@ -106,7 +119,7 @@ void OperatorPathParams::Validate() const {
                       static_cast<double>(rotations.cols()));
   }
   ThrowUnlessIn(kWho, "rotations", rotations, Finite());
-  ValidateButtons(kWho, clutch, force_scale);
+  ValidateButtons(kWho, clutch, home, force_scale);
   if (interpolation != PathInterpolation::kMinimumJerk &&
       interpolation != PathInterpolation::kLinear &&
       interpolation != PathInterpolation::kCubic) {
@@ -146,9 +159,8 @@ OperatorPathSample OperatorPath::Calc(double time) const noexcept {
                 place, &rotation, &rate);
     sample.rotation = ExpRotation(rotation);
   }
-  for (const Eigen::Vector2d& pressed : params_.clutch) {
-    if (time >= pressed(0) && time < pressed(1)) sample.clutch = true;
-  }
+  sample.clutch = IsWithin(params_.clutch, time);
+  sample.home = IsWithin(params_.home, time);
   for (const Eigen::Vector2d& scale : params_.force_scale) {
     if (time >= scale(0)) sample.force_scale = scale(1);
   }

@@ -42,6 +42,9 @@ struct OperatorPathParams {
   /** [start, end], s, each: the operator presses the clutch from start until
   end. */
   std::vector<Eigen::Vector2d> clutch{};
+  /** [start, end], s, each: the operator asks for the way home from start until
+  end, and gives way to it. */
+  std::vector<Eigen::Vector2d> home{};
   /** [time, scale] each, times increasing, scales >= 0: the force scale that
   the operator asks for from then on; 1 before. */
   std::vector<Eigen::Vector2d> force_scale{};
@@ -54,6 +57,7 @@ struct OperatorPathParams {
 @throws std::invalid_argument naming the field, its range and value. */
 void ValidateButtons(const char* who,
                      const std::vector<Eigen::Vector2d>& clutch,
+                     const std::vector<Eigen::Vector2d>& home,
                      const std::vector<Eigen::Vector2d>& force_scale);
 
 /** A point of an OperatorPath, in the frame of its points. */
@@ -62,6 +66,7 @@ struct OperatorPathSample {
   Eigen::Vector3d velocity{Eigen::Vector3d::Zero()};      ///< m/s.
   Eigen::Matrix3d rotation{Eigen::Matrix3d::Identity()};  ///< From the start.
   bool clutch{false};     ///< Whether it is pressed.
+  bool home{false};       ///< Whether the way home is asked for.
   double force_scale{1};  ///< That is asked for.
 };
 

@@ -26,6 +26,7 @@ FULL = {
         times=[0, 1],
         points=np.ones((3, 2)),
         clutch=[[1, 2]],
+        home=[[3, 4]],
         force_scale=[[0, 0.5]],
     ),
     _core.ContactSceneParams: lambda: dp.ContactSceneParams(
@@ -49,6 +50,7 @@ FULL = {
     _core.OperatorParams: lambda: dp.OperatorParams(
         waypoints=[dp.Waypoint(), dp.Waypoint(time=2.0)],
         clutch=[[1, 2]],
+        home=[[3, 4]],
         force_scale=[[0, 0.5]],
     ),
 }

@@ -140,8 +140,12 @@ TEST_F(HomingTest, GoesHomeSlowly) {
   EXPECT_TRUE(state_.active);
   Run(0, 3000);
   EXPECT_TRUE(state_.done);
-  EXPECT_FALSE(state_.active);
   EXPECT_LT(top_speed_, 0.075);
+  EXPECT_LT(hand_.pose.p.norm(), 1e-4);
+  // It is kept there.
+  EXPECT_TRUE(state_.active);
+  dut_.Update(true, {0.003, 0, 0}, kRest, &state_);
+  EXPECT_LT(state_.force.x(), 0);
   // Asked anew it begins anew.
   dut_.Update(false, {0.03, 0, 0}, kRest, &state_);
   dut_.Update(true, {0.03, 0, 0}, kRest, &state_);

@@ -81,6 +81,42 @@ INSTANTIATE_TEST_SUITE_P(
              (std::get<1>(info.param) > 0 ? "WithDelay" : "");
     });
 
+TEST_P(OperatorButtonsTest, HomingLeadsTheHandleAndTheRobotWaits) {
+  constexpr double kAsked = 4;
+  constexpr double kEnd = 8;
+  Scenario scenario = MakeScenario(scheme(), delay());
+  scenario.operator_params.waypoints = {To(0, 0, 0), To(2.5, 0.08, 0.05),
+                                        To(9, 0.08, 0.05), To(10, 0.12, 0)};
+  scenario.operator_params.home = {{kAsked, kEnd}};
+  const RunLog log = RunBare(scenario, 12);
+  EXPECT_TRUE(log.AllFinite());
+
+  const Positions handle = log.Signal<3>("handle_position");
+  const HomingParams& homing = scenario.operator_aids.homing;
+  ASSERT_GT(handle.row(Row(kAsked)).norm(), 0.02);
+  EXPECT_LT(handle.row(Row(kEnd)).norm(), homing.tolerance);
+  EXPECT_LT(LongestStep(handle, kAsked + 0.2, kEnd),
+            1.5e-3 * homing.speed + 1e-5);
+  EXPECT_LE(log.Signal<3>("fixture_force").rowwise().norm().maxCoeff(),
+            homing.max_force + 1e-12);
+
+  const Positions proxy = log.Signal<3>("robot_proxy_position");
+  const Positions robot = log.Signal<3>("robot_position");
+  // What was under way has come, and the arm is at rest.
+  const double settled = kAsked + 2 * delay() + 0.8;
+  EXPECT_LT(Span(proxy, kEnd - 1, kEnd), 1e-4);
+  EXPECT_LT(Span(robot, settled, kEnd), 1e-3);
+  // Nor is there a jump where it goes on, before the hand has moved.
+  EXPECT_LT(LongestStep(proxy, settled, kEnd + delay() + 0.04), 1e-4);
+  EXPECT_LT(LongestStep(log.Signal<3>("device_position"), kAsked, kEnd + 0.9),
+            1e-4);
+
+  // From there it goes on along the path: 40 mm forward. Without a delay all
+  // schemes are there in the end.
+  if (delay() > 0) return;
+  EXPECT_NEAR(robot(robot.rows() - 1, 0) - robot(Row(kEnd), 0), 0.04, 0.006);
+}
+
 TEST_P(OperatorButtonsTest, ClutchHoldsTheRobotWhileTheHandMoves) {
   constexpr double kPressed = 4;
   constexpr double kReleased = 7;

@@ -263,11 +263,12 @@ TEST_P(OperatorAidsTest, HomingComesBeforeTheRobotMoves) {
     if (i > 40) {
       ASSERT_LT((Sent() - home).norm(), 1e-4) << i;
     }
-    homed = homed || !state_.aids.homing.active;
+    homed = state_.aids.homing.done;
     if (homed) break;
   }
   EXPECT_TRUE(homed);
   EXPECT_LT(p.norm(), 0.0021);
+  EXPECT_TRUE(state_.aids.clutch.clutched);
 }
 
 TEST_P(OperatorAidsTest, FixturesActBesideTheScheme) {

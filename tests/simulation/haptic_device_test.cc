@@ -69,6 +69,30 @@ TEST_F(SimulatedHapticDeviceTest, FollowsAMovingIntention) {
   EXPECT_LT((intended.p - state.pose.p - v * 1.0 / 600).norm(), 1e-12);
 }
 
+// A hand that gives way goes on from where the handle was led to.
+TEST_F(SimulatedHapticDeviceTest, GivesWayAndGoesOnFromThere) {
+  const SimulatedHapticDevice dut(params_);
+  const Pose start{.p = {0.02, 0, 0}};
+  SimulatedHapticDeviceState state = dut.MakeState(start);
+  for (int i = 0; i < 500; ++i) {
+    dut.Update(start, zero_, Wrench({-0.1, 0, 0}), &state, true);
+    ASSERT_LT(state.hand_force.norm(), 0.01);
+  }
+  // 0.1 N for half a second.
+  EXPECT_NEAR(state.pose.p.x(), 0.02 - 0.1 * 0.125 / 0.75, 5e-3);
+  const Vector3d led = state.pose.p;
+  for (int i = 0; i < 2000; ++i) {
+    dut.Update(start, zero_, no_wrench_, &state);
+  }
+  EXPECT_LT((state.pose.p - led).norm(), 2e-3);
+  const Vector3d before = state.pose.p;
+  const Pose further{.p = {0.03, 0.01, 0}};
+  for (int i = 0; i < 2000; ++i) {
+    dut.Update(further, zero_, no_wrench_, &state);
+  }
+  EXPECT_LT((state.pose.p - before - Vector3d(0.01, 0.01, 0)).norm(), 1e-9);
+}
+
 TEST_F(SimulatedHapticDeviceTest, DryFrictionHoldsStillAndSlides) {
   params_.device_friction = 2;
   const SimulatedHapticDevice dut(params_);

@@ -157,11 +157,14 @@ TEST_F(OperatorPathTest, DoesNotAllocate) {
 
 TEST_F(OperatorPathTest, PressesButtonsAtTheirTimes) {
   params_.clutch = {{1, 2}, {3, 3.5}};
+  params_.home = {{0.5, 0.7}};
   params_.force_scale = {{1.5, 0.5}, {2.5, 2}};
   const OperatorPath dut(params_);
   const auto clutch = [&](double time) { return dut.Calc(time).clutch; };
   EXPECT_FALSE(clutch(0.99) || clutch(2) || clutch(3.6));
   EXPECT_TRUE(clutch(1) && clutch(1.99) && clutch(3.2));
+  EXPECT_FALSE(dut.Calc(0.49).home || dut.Calc(0.7).home);
+  EXPECT_TRUE(dut.Calc(0.5).home);
   EXPECT_EQ(dut.Calc(1.4).force_scale, 1);
   EXPECT_EQ(dut.Calc(1.5).force_scale, 0.5);
   EXPECT_EQ(dut.Calc(9).force_scale, 2);
@@ -170,6 +173,9 @@ TEST_F(OperatorPathTest, PressesButtonsAtTheirTimes) {
             "OperatorPathParams: field `clutch` expected a finite value > its "
             "start = 2, got 1");
   params_.clutch.clear();
+  params_.home = {{2, 2}};
+  EXPECT_NE(ValidationError(params_).find("`home`"), std::string::npos);
+  params_.home.clear();
   params_.force_scale = {{1, 1}, {1, 2}};
   EXPECT_NE(ValidationError(params_).find("`force_scale`"), std::string::npos);
 }

@@ -43,6 +43,7 @@ def test_operator_path_params():
         "interpolation",
         "rotations",
         "clutch",
+        "home",
         "force_scale",
     ]
     assert pickle.loads(pickle.dumps(params)) == params
