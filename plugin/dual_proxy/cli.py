@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import importlib
 import importlib.metadata
 import os
 import re
@@ -61,6 +62,14 @@ examples:
   dual-proxy bench filter --quick
   dual-proxy bench engine --quick
 """
+
+
+# Of `bench`: what it measures. A module of the package `bench` has the name.
+_SUBJECTS = {
+    "filter": "the force-space particle filter, over particles, rates, likelihoods",
+    "engine": "the two engines, over the plant's steps",
+    "control": "control, over its rate and the force sensor's low-pass",
+}
 
 
 class _Parser(argparse.ArgumentParser):
@@ -440,13 +449,7 @@ def _reproduce(options: argparse.Namespace) -> int:
 def _add_bench(commands: Any) -> None:
     bench = commands.add_parser("bench", help="measure run time against error")
     subjects = bench.add_subparsers(dest="subject", required=True, metavar="SUBJECT")
-    for subject, text in (
-        (
-            "filter",
-            "the force-space particle filter, over particles, rates, likelihoods",
-        ),
-        ("engine", "the two engines, over the plant's steps"),
-    ):
+    for subject, text in _SUBJECTS.items():
         add = subjects.add_parser(subject, help=text).add_argument
         add("--quick", action="store_true", help="a part of it, in seconds")
         add(
@@ -469,14 +472,15 @@ def _add_bench(commands: Any) -> None:
 
 def _bench(options: argparse.Namespace) -> int:
     # Here, as they draw: other commands need not wait for that.
-    from dual_proxy.bench.engine import bench_engine
     from dual_proxy.bench.filter_command import bench_filter
+    from dual_proxy.bench.subject import bench_subject
 
     _make_directory(options.out)
-    if options.subject == "engine":
-        bench_engine(options.quick, options.out, options.page)
-    else:
+    if options.subject == "filter":
         bench_filter(options.quick, options.out, options.page, options.recordings)
+    else:
+        module = importlib.import_module(f"dual_proxy.bench.{options.subject}")
+        bench_subject(module.SUBJECT, options.quick, options.out, options.page)
     return 0
 
 

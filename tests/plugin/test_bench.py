@@ -12,6 +12,8 @@ import pytest
 
 from dual_proxy import cli
 from dual_proxy.bench import (
+    closed_loop,
+    control,
     engine,
     filter_recordings,
     filter_report,
@@ -230,20 +232,42 @@ def test_page_is_filled_and_filled_again(results, tmp_path):
     assert (tmp_path / "images" / "bench_filter.png").is_file()
 
 
+def run_quick(subject, out):
+    """Run a subject's command; return what it saved and where."""
+    assert cli.main(["bench", subject.name, "--quick", "--out", str(out)]) == 0
+    assert (out / f"{subject.name}.png").stat().st_size > 10000
+    results = json.loads((out / f"{subject.name}.json").read_text())
+    for table in subject.tables(results).values():
+        assert len({line.count("|") for line in table.splitlines()}) == 1
+    return results
+
+
+def check_page(subject, results, page):
+    """A page with the subject's marks is filled, and nothing else is changed."""
+    text = "".join(f"<!-- {mark} -->\n\nAfter {mark}.\n\n" for mark in subject.marks)
+    page.write_text(text)
+    pages.check_page(page, False, subject.marks)
+    subject.write_page(page, results)
+    filled = page.read_text()
+    assert list(subject.tables(results)) == list(subject.marks)
+    for mark in subject.marks:
+        assert f"<!-- {mark} -->\n| " in filled
+        assert f" |\n\nAfter {mark}.\n" in filled
+    assert (page.parent / "images" / f"bench_{subject.name}.png").is_file()
+
+
 @pytest.fixture(scope="module")
 def engines(tmp_path_factory):
-    """Run `bench engine` once; return where it saves."""
-    out = tmp_path_factory.mktemp("engine")
-    assert cli.main(["bench", "engine", "--quick", "--out", str(out)]) == 0
-    return out
+    """Run `bench engine` once; return what it measured."""
+    return run_quick(engine.SUBJECT, tmp_path_factory.mktemp("engine"))
 
 
 @pytest.fixture(scope="module")
 def engine_rows(engines):
-    return json.loads((engines / "engine.json").read_text())["rows"]
+    return engines["rows"]
 
 
-def test_every_engine_and_step_has_its_row(engines, engine_rows):
+def test_every_engine_and_step_has_its_row(engine_rows):
     assert [(row["engine"], row["step_ms"]) for row in engine_rows] == [
         (name, step) for name in ("drake", "bare") for step in (0.5, 1.0, 2.0)
     ]
@@ -254,8 +278,6 @@ def test_every_engine_and_step_has_its_row(engines, engine_rows):
         assert row["free"]["force_N"] == 0
     table = engine.engine_table(engine_rows).splitlines()
     assert len(table) == 2 + len(engine_rows)
-    assert {line.count("|") for line in table} == {13}
-    assert (engines / "engine.png").stat().st_size > 10000
 
 
 def test_finer_steps_have_smaller_errors(engine_rows):
@@ -287,14 +309,73 @@ def test_errors_of_engines_are_deterministic(engine_rows):
         assert row | {"us_per_ms": 0} == before | {"us_per_ms": 0}
 
 
-def test_page_of_engines_is_filled(engine_rows, tmp_path):
-    page = tmp_path / "page.md"
-    page.write_text("<!-- dual-proxy bench engine -->\n\nText.\n")
-    pages.check_page(page, False, [engine.PAGE_TABLE])
-    engine.write_page(page, engine_rows)
-    assert page.read_text().startswith("<!-- dual-proxy bench engine -->\n| engine |")
-    assert page.read_text().endswith(" |\n\nText.\n")
-    assert (tmp_path / "images" / "bench_engine.png").is_file()
+def test_page_of_engines_is_filled(engines, tmp_path):
+    check_page(engine.SUBJECT, engines, tmp_path / "page.md")
+
+
+def test_turns_have_equal_pieces_and_are_timed():
+    seen = {"a": [], "b": []}
+    begins = []
+    costs = closed_loop.take_turns(
+        {name: times.append for name, times in seen.items()}, 2.0, 1.0, begins.append
+    )
+    assert begins == pytest.approx([1.0, 1.25, 1.5, 1.75])
+    for name, times in seen.items():
+        assert times == pytest.approx([1.25, 1.5, 1.75, 2.0])
+        assert costs[name].shape == (4,)
+        assert (costs[name] >= 0).all()
+
+
+def test_yardstick_is_one_yardstick_long():
+    _, cost = closed_loop.simulate("bare", closed_loop.quiet_scenario({}))
+    # With slack, as both are some milliseconds.
+    assert 0.5 < cost.yardsticks < 2.0
+
+
+def test_errors_against_itself_are_zero():
+    log, _ = closed_loop.simulate("bare", closed_loop.quiet_scenario({}))
+    errors = closed_loop.phase_errors(log, log)
+    assert set(errors["free"]) == {"position_um", "force_N", "tilt_deg"}
+    for phase in closed_loop.PHASES:
+        assert set(errors[phase].values()) == {0.0}
+
+
+@pytest.fixture(scope="module")
+def controls(tmp_path_factory):
+    """Run `bench control` once; return what it measured."""
+    return run_quick(control.SUBJECT, tmp_path_factory.mktemp("control"))
+
+
+def test_every_rate_and_low_pass_has_its_row(controls):
+    plan, rows = control.QUICK, controls["rows"]
+    assert [(row["cutoff_Hz"], row["rate_Hz"]) for row in rows] == [
+        (cutoff, rate) for cutoff in plan.cutoffs for rate in plan.rates
+    ]
+    for row in rows:
+        assert row["us_per_ms"] > 0
+        assert row["yardsticks"] > 0
+        assert row["stable"] == row["runs"] == plan.seeds
+        assert 0 < row["hand_ac_N"] < 0.5
+
+
+def test_faster_control_has_smaller_errors(controls):
+    for cutoff in control.QUICK.cutoffs:
+        rows = [row for row in controls["rows"] if row["cutoff_Hz"] == cutoff]
+        for key in ("position_um", "force_N"):
+            errors = [row[key] for row in rows]
+            assert errors == sorted(errors, reverse=True), (cutoff, key)
+
+
+def test_a_low_pass_costs_accuracy(controls):
+    without, filtered = (
+        [row["force_N"] for row in controls["rows"] if row["cutoff_Hz"] == cutoff]
+        for cutoff in control.QUICK.cutoffs
+    )
+    assert all(a < b for a, b in zip(without, filtered, strict=True))
+
+
+def test_page_of_control_is_filled(controls, tmp_path):
+    check_page(control.SUBJECT, controls, tmp_path / "page.md")
 
 
 @pytest.mark.parametrize(
@@ -304,6 +385,8 @@ def test_page_of_engines_is_filled(engine_rows, tmp_path):
         (["engine", "--page", __file__], "expected a line '<!-- dual-proxy bench"),
         (["engine", "--quick", "--page", "x.md"], "expected the whole benchmark"),
         (["arm"], "invalid choice: 'arm'"),
+        (["control", "--quick", "--page", "x.md"], "expected the whole benchmark"),
+        (["control", "--page", __file__], "expected a line '<!-- dual-proxy bench"),
         (["filter", "--page", "no.md"], "--page no.md: No such file"),
         (["filter", "--page", __file__], "expected a line '<!-- dual-proxy bench"),
         (["filter", "--quick", "--page", "x.md"], "expected the whole benchmark"),

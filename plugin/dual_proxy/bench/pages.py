@@ -18,6 +18,7 @@ __all__ = [
     "machine",
     "markdown_table",
     "number_text",
+    "optional_text",
     "write_json",
 ]
 
@@ -34,6 +35,11 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def number_text(value: float) -> str:
     """Return a number in three digits, or all before the point."""
     return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def optional_text(value: float | None) -> str:
+    """Return a number in three digits, "-" for None."""
+    return "-" if value is None else number_text(value)
 
 
 def fill_page(page: Path, script: str, table: str) -> None:

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the subjects of `dual-proxy bench` have in common: they measure, print
+tables, and save them as JSON and figure."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import matplotlib as mpl
+
+from dual_proxy.bench.pages import check_page, fill_page, machine, write_json
+from dual_proxy.native import native_in_use
+
+__all__ = [
+    "Results",
+    "Subject",
+    "bench_subject",
+    "make_axes",
+    "progress",
+    "save_axes",
+]
+
+Results = dict[str, Any]
+
+
+class Subject(NamedTuple):
+    """A benchmark."""
+
+    name: str
+    """Of the subcommand, and of what it saves."""
+    marks: tuple[str, ...]
+    """What names the tables' places in a page."""
+    measure: Callable[[bool], Results]
+    """Whether a part of it is enough -> what was measured, as JSON takes it."""
+    tables: Callable[[Results], Mapping[str, str]]
+    """Of what was measured, Markdown by mark, in order."""
+    draw: Callable[[Results, Path], None]
+    """Of what was measured, a figure."""
+
+    def write_page(self, page: Path, results: Results) -> None:
+        """Put the tables into a page, and the figure into images/ beside it."""
+        for mark, table in self.tables(results).items():
+            fill_page(page, mark, table)
+        self.draw(results, page.parent / "images" / f"bench_{self.name}.png")
+
+
+def bench_subject(subject: Subject, quick: bool, out: Path, page: Path | None) -> None:
+    """Run a benchmark; print its tables and save them as JSON and figure.
+
+    Raises
+    ------
+    ScenarioError
+        If the page cannot be used; before anything is run.
+    """
+    if page is not None:
+        check_page(page, quick, subject.marks)
+    results = subject.measure(quick)
+    where = machine() | {"systems": "C++" if native_in_use() else "Python"}
+    data, figure = (out / f"{subject.name}.{kind}" for kind in ("json", "png"))
+    write_json(data, {"machine": where} | results)
+    subject.draw(results, figure)
+    print(
+        f"{where['processor']}, {where['processors']} processors, "
+        f"Drake's systems in {where['systems']}\n"
+    )
+    for table in subject.tables(results).values():
+        print(table, end="\n\n")
+    print(f"saved: {data}, {figure}")
+    if page is not None:
+        subject.write_page(page, results)
+
+
+def progress(text: str) -> None:
+    """Say what is measured."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def make_axes(rows: int, columns: int, size: tuple[float, float]) -> Any:
+    """Return the axes, (rows, columns), of a new figure of a size in inches."""
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    _, axes = plt.subplots(rows, columns, figsize=size, squeeze=False)
+    for axis in axes.flat:
+        axis.grid(alpha=0.3)
+    return axes
+
+
+def save_axes(axes: Any, path: Path) -> None:
+    """Write the figure of axes, whose folder may not exist, and close it."""
+    from matplotlib import pyplot as plt
+
+    figure = axes[0, 0].figure
+    figure.tight_layout()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=100, metadata={"Software": None})
+    plt.close(figure)
