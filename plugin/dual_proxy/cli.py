@@ -69,6 +69,7 @@ _SUBJECTS = {
     "filter": "the force-space particle filter, over particles, rates, likelihoods",
     "engine": "the two engines, over the plant's steps",
     "control": "control, over its rate and the force sensor's low-pass",
+    "link": "the link, over rates, delays and schemes",
 }
 
 

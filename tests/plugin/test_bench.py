@@ -18,6 +18,7 @@ from dual_proxy.bench import (
     filter_recordings,
     filter_report,
     filter_situations,
+    link,
     pages,
 )
 from dual_proxy.bench import filter as bench
@@ -376,6 +377,52 @@ def test_a_low_pass_costs_accuracy(controls):
 
 def test_page_of_control_is_filled(controls, tmp_path):
     check_page(control.SUBJECT, controls, tmp_path / "page.md")
+
+
+@pytest.fixture(scope="module")
+def links(tmp_path_factory):
+    """Run `bench link` once; return what it measured."""
+    return run_quick(link.SUBJECT, tmp_path_factory.mktemp("link"))
+
+
+def test_messages_are_as_long_as_what_they_hold():
+    # A pose is position and rotation matrix, 12; both selections and the normals
+    # are 9 each; a force is 3.
+    assert link.message_numbers("dual_proxy") == (39, 39)
+    assert link.message_numbers("position_force") == (39, 3)
+    assert link.message_numbers("position_position") == (39, 39)
+
+
+def test_every_scheme_rate_and_option_has_its_row(links):
+    plan, rows = link.QUICK, links["rows"]
+    usual = [row for row in rows if row["average"] and row["interpolate"]]
+    schemes = ("dual_proxy", "position_force", "position_position")
+    assert [(row["scheme"], row["rate_Hz"]) for row in usual] == [
+        (scheme, rate) for scheme in schemes for rate in plan.rates
+    ]
+    others = [row for row in rows if not (row["average"] and row["interpolate"])]
+    assert len(others) == 3 * len(plan.rates)
+    assert {row["scheme"] for row in others} == {"dual_proxy"}
+    for row in usual:
+        message = 2 * 24 + 8 * (42 if row["scheme"] == "position_force" else 78)
+        assert row["bytes_per_s"] == message * row["rate_Hz"]
+    options = link.options_table(rows).splitlines()
+    assert len(options) == 2 + 4 * len(plan.rates)
+
+
+def test_more_bandwidth_tracks_better(links):
+    for scheme in ("dual_proxy", "position_position"):
+        errors = [
+            row["tracking_m"]
+            for row in links["rows"]
+            if row["scheme"] == scheme and row["average"] and row["interpolate"]
+        ]
+        assert errors == sorted(errors, reverse=True), scheme
+        assert 0 < errors[-1] < 0.01
+
+
+def test_page_of_links_is_filled(links, tmp_path):
+    check_page(link.SUBJECT, links, tmp_path / "page.md")
 
 
 @pytest.mark.parametrize(
