@@ -70,6 +70,7 @@ _SUBJECTS = {
     "engine": "the two engines, over the plant's steps",
     "control": "control, over its rate and the force sensor's low-pass",
     "link": "the link, over rates, delays and schemes",
+    "plant": "Drake's plant, over steps, contact approximations and stiffnesses",
 }
 
 

@@ -20,6 +20,7 @@ from dual_proxy.bench import (
     filter_situations,
     link,
     pages,
+    plant,
 )
 from dual_proxy.bench import filter as bench
 from dual_proxy.settings import ScenarioError
@@ -425,6 +426,52 @@ def test_page_of_links_is_filled(links, tmp_path):
     check_page(link.SUBJECT, links, tmp_path / "page.md")
 
 
+@pytest.fixture(scope="module")
+def plants(tmp_path_factory):
+    """Run `bench plant` once; return what it measured."""
+    return run_quick(plant.SUBJECT, tmp_path_factory.mktemp("plant"))
+
+
+def test_every_case_of_a_plant_has_its_row(plants):
+    steps = [1e3 * step for step in plant.QUICK.steps]
+    cases = [
+        (scene, stiffness)
+        for scene, (_, stiffnesses) in plant.QUICK.scenes.items()
+        for stiffness in stiffnesses
+    ]
+    keys = ("scene", "stiffness_N_m", "approximation", "step_ms")
+    found = [tuple(row[key] for key in keys) for row in plants["rows"]]
+    expected = []
+    for case in cases:
+        expected.append((*case, plant.BARE, 2e3 * plant.QUICK.reference_step))
+        expected += [(*case, a, step) for a in plant.APPROXIMATIONS for step in steps]
+    assert found == expected
+    for row in plants["rows"]:
+        # A plane's normal is exact.
+        assert (row["sliding"]["normal_deg"] > 0) == (row["scene"] == "sim_cylinder")
+
+
+def test_coarser_plants_are_faster_and_worse(plants):
+    rows = [row for row in plants["rows"] if row["approximation"] != plant.BARE]
+    for fine, coarse in zip(rows[::2], rows[1::2], strict=True):
+        assert coarse["us_per_ms"] < fine["us_per_ms"]
+        assert coarse["sliding"]["position_um"] > fine["sliding"]["position_um"]
+
+
+def test_the_reference_is_nearer_to_its_limit_than_what_is_compared(plants):
+    case: dict = {}
+    for row in plants["rows"]:
+        key = row["scene"], row["stiffness_N_m"]
+        case.setdefault(key, []).append(row["sliding"])
+    for reference, *others in case.values():
+        for key in ("position_um", "force_N"):
+            assert reference[key] < min(other[key] for other in others)
+
+
+def test_page_of_plants_is_filled(plants, tmp_path):
+    check_page(plant.SUBJECT, plants, tmp_path / "page.md")
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -432,6 +479,13 @@ def test_page_of_links_is_filled(links, tmp_path):
         (["engine", "--page", __file__], "expected a line '<!-- dual-proxy bench"),
         (["engine", "--quick", "--page", "x.md"], "expected the whole benchmark"),
         (["arm"], "invalid choice: 'arm'"),
+        *(
+            (
+                [name, "--page", __file__],
+                f"expected a line '<!-- dual-proxy bench {name}",
+            )
+            for name in ("link", "plant")
+        ),
         (["control", "--quick", "--page", "x.md"], "expected the whole benchmark"),
         (["control", "--page", __file__], "expected a line '<!-- dual-proxy bench"),
         (["filter", "--page", "no.md"], "--page no.md: No such file"),
