@@ -15,115 +15,54 @@ short pieces of the same simulated time, as a machine's speed drifts.
 from __future__ import annotations
 
 import argparse
-import os
-import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import TrajectorySource
-from pydrake.trajectories import PiecewisePolynomial
 
 import dual_proxy as dp
 from dual_proxy.bare import BareStation
+from dual_proxy.bench.closed_loop import station_with_faces, take_turns
 from dual_proxy.bench.pages import fill_page
-from dual_proxy.log import signal
-from dual_proxy.panda import add_panda_scene
-from dual_proxy.station import Station, build_station
+from dual_proxy.bench.recorded_plant import RecordedPlant
+from dual_proxy.station import Station
 
 # Simulated time that is measured, s: the tool presses and slides.
-BEGIN, END, PIECE = 6.0, 10.0, 0.25
+BEGIN, END = 6.0, 10.0
 WIRINGS = {"fused": "loop as one system", "systems": "separate systems"}
 BARE = "bare engine, with its plant and log"
 
 
 def make_station(faces: str, wiring: str, logged: bool) -> Station:
     """Builds scene `plane` with LeafSystems of one kind, `python` or `native`."""
-    before = os.environ.get("DUAL_PROXY_FACES")
-    os.environ["DUAL_PROXY_FACES"] = faces
-    try:
-        scenario = dp.load_scenario("plane")
-        return build_station(scenario, logged=logged, wiring=wiring)
-    finally:
-        del os.environ["DUAL_PROXY_FACES"]
-        if before is not None:
-            os.environ["DUAL_PROXY_FACES"] = before
-
-
-class Plant:
-    """The plant alone, driven by the torques that a run logged."""
-
-    def __init__(self, station: Station) -> None:
-        log = station.log_frame()
-        self._times = log.index.to_numpy()
-        self._q: Any = signal(log, "joint_position")
-        self._v: Any = signal(log, "joint_velocity")
-        torques: Any = signal(log, "torque")
-        # A row of the log holds the torque of the period that ends with it. It is
-        # taken up at that period's begin: the pieces change half a period earlier.
-        self._period = station.scenario.control_period
-        hold = PiecewisePolynomial.ZeroOrderHold(
-            self._times - 1.5 * self._period, torques.T
-        )
-        builder = DiagramBuilder()
-        scene = add_panda_scene(
-            builder, station.scenario.scene, self._q[0], drawn=False
-        )
-        source = builder.AddSystem(TrajectorySource(hold))
-        builder.Connect(source.get_output_port(), scene.actuation_port)
-        self._plant = scene.plant
-        self.simulator = Simulator(builder.Build())
-
-    def _row(self, time: float) -> int:
-        # The controller, and the log, see the state of the step before.
-        return int(np.searchsorted(self._times, time + 1.5 * self._period))
-
-    def follow(self, time: float) -> None:
-        """Puts the arm where it was in the run. Without a controller the elbow's
-        free motion is unstable, so this is needed now and then."""
-        root = self.simulator.get_mutable_context()
-        context: Any = self._plant.GetMyMutableContextFromRoot(root)
-        row = self._row(time)
-        if time > BEGIN:
-            away = np.abs(self._plant.GetPositions(context) - self._q[row]).max()
-            assert away < 1e-3, f"not the motion of the run: {away} rad at {time} s"
-        self._plant.SetPositions(context, self._q[row])
-        self._plant.SetVelocities(context, self._v[row])
+    station: Station = station_with_faces(
+        faces, dp.load_scenario("plane"), logged=logged, wiring=wiring
+    )
+    return station
 
 
 def measure(
-    plant: Plant, stations: dict[str, Station], repeats: int
+    plant: RecordedPlant, stations: dict[str, Station], repeats: int
 ) -> dict[str, list[float]]:
     """Returns the cost of each, us per simulated ms, one value per piece."""
     scenario = dp.load_scenario("plane")
-    simulators = {"plant": plant.simulator}
-    simulators |= {kind: station.simulator for kind, station in stations.items()}
-    costs: dict[str, list[float]] = {name: [] for name in (*simulators, BARE)}
-
-    def time_piece(name: str, advance: Callable[[float], Any], end: float) -> None:
-        began = clock.process_time()
-        advance(end)
-        cost = clock.process_time() - began
-        costs[name].append(1e6 * cost / (1e3 * PIECE))
-
+    costs: dict[str, list[float]] = {name: [] for name in ("plant", *stations, BARE)}
     for _ in range(repeats):
-        bare = BareStation(scenario, END + PIECE)
+        bare = BareStation(scenario, END)
         bare.advance_to(BEGIN)
-        for simulator in simulators.values():
+        plant.start(BEGIN)
+        advances: dict[str, Any] = {"plant": plant.simulator.AdvanceTo}
+        for name, station in stations.items():
+            simulator = station.simulator
             context: Any = simulator.get_system().CreateDefaultContext()
             simulator.reset_context(context)
-            if simulator is plant.simulator:
-                context.SetTime(BEGIN)
             simulator.Initialize()
             simulator.AdvanceTo(BEGIN)
-        for end in np.arange(BEGIN + PIECE, END + PIECE / 2, PIECE).tolist():
-            plant.follow(end - PIECE)
-            for name, simulator in simulators.items():
-                time_piece(name, simulator.AdvanceTo, end)
-            time_piece(BARE, bare.advance_to, end)
+            advances[name] = simulator.AdvanceTo
+        advances[BARE] = bare.advance_to
+        for name, values in take_turns(advances, END, BEGIN, plant.follow).items():
+            costs[name] += values.tolist()
     return costs
 
 
@@ -134,7 +73,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--page", type=Path)
     options = parser.parse_args(arguments)
     recorded = make_station("python", "fused", logged=True)
-    recorded.advance_to(END + PIECE)
+    recorded.advance_to(END + 0.01)  # The plant takes up torques ahead of the log.
+    plant_alone = RecordedPlant(recorded.scenario, recorded.log_frame())
     names = {"python": "Python"}
     if dp.native_available():
         names["native"] = "C++"
@@ -146,7 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for wiring in WIRINGS
         for logged in (False, True)
     }
-    costs = measure(Plant(recorded), stations, options.repeats)
+    costs = measure(plant_alone, stations, options.repeats)
     plant = np.array(costs["plant"])
     lines = [
         "| | us per simulated ms | over the plant: median (5, 95 %) | x real time |",

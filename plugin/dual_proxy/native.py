@@ -14,9 +14,10 @@ import importlib
 import os
 from typing import Any
 
-__all__ = ["native_available", "native_in_use"]
+__all__ = ["FACES_VARIABLE", "native_available", "native_in_use"]
 
-_VARIABLE = "DUAL_PROXY_FACES"
+#: Of the environment: what `native_in_use` goes by.
+FACES_VARIABLE = "DUAL_PROXY_FACES"
 _CHOICES = ("python", "native", "auto")
 
 
@@ -43,15 +44,15 @@ def native_in_use() -> bool:
         If the variable is none of its choices, or `native` without there being
         C++ systems.
     """
-    choice = os.environ.get(_VARIABLE, "auto")
+    choice = os.environ.get(FACES_VARIABLE, "auto")
     if choice not in _CHOICES:
         raise ValueError(
-            f"{_VARIABLE}: expected one of {', '.join(_CHOICES)}, got {choice!r}"
+            f"{FACES_VARIABLE}: expected one of {', '.join(_CHOICES)}, got {choice!r}"
         )
     if choice == "native" and not native_available():
         raise ValueError(
-            f"{_VARIABLE}: expected python or auto, as this build has no C++ systems "
-            f"({_load()[1]}; see docs/use_from_cpp.md), got 'native'"
+            f"{FACES_VARIABLE}: expected python or auto, as this build has no C++ "
+            f"systems ({_load()[1]}; see docs/use_from_cpp.md), got 'native'"
         )
     return choice != "python" and native_available()
 

@@ -21,6 +21,7 @@ from dual_proxy.bench import (
     link,
     pages,
     plant,
+    savings,
 )
 from dual_proxy.bench import filter as bench
 from dual_proxy.settings import ScenarioError
@@ -472,6 +473,45 @@ def test_page_of_plants_is_filled(plants, tmp_path):
     check_page(plant.SUBJECT, plants, tmp_path / "page.md")
 
 
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """Run `bench savings` once; return what it measured."""
+    return run_quick(savings.SUBJECT, tmp_path_factory.mktemp("savings"))
+
+
+def test_savings_save_and_change_nothing(saved):
+    rows = {row["saving"]: row for row in saved["rows"]}
+    assert len(saved["rows"]) == 8
+    assert len(rows) == 7  # The point mass is held against both engines' arm.
+    # Another robot, and the share of updates that found something.
+    different = {"no arm, no MultibodyPlant"}
+    counted = {"in free space the filter is exact and nearly free"}
+    for name, row in rows.items():
+        assert row["without"] > 0
+        assert row["with"] > 0
+        if name in counted:
+            assert row["difference"] == {"false_contacts": 0}
+        elif name not in different:
+            assert row["difference"] == {}, name
+    for name in different | counted:
+        assert rows[name]["ratio"] > 1.5, name
+    assert rows[counted.pop()]["ratio"] > 5
+
+
+def test_difference_of_logs_is_of_what_both_have():
+    log, _ = closed_loop.simulate("bare", closed_loop.quiet_scenario({}))
+    assert savings._difference(log, log.drop(columns="torque_0")) == {}
+    other = log.copy()
+    other["robot_position_x"] += 1e-3
+    assert savings._difference(log, other) == pytest.approx(
+        {"position_m": 1e-3, "force_N": 0.0}
+    )
+
+
+def test_page_of_savings_is_filled(saved, tmp_path):
+    check_page(savings.SUBJECT, saved, tmp_path / "page.md")
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -484,7 +524,7 @@ def test_page_of_plants_is_filled(plants, tmp_path):
                 [name, "--page", __file__],
                 f"expected a line '<!-- dual-proxy bench {name}",
             )
-            for name in ("link", "plant")
+            for name in ("link", "plant", "savings")
         ),
         (["control", "--quick", "--page", "x.md"], "expected the whole benchmark"),
         (["control", "--page", __file__], "expected a line '<!-- dual-proxy bench"),

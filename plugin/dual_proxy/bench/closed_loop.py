@@ -9,6 +9,7 @@ scheme `position_force` at 1 ms, its log included.
 
 from __future__ import annotations
 
+import os
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -21,6 +22,7 @@ from dual_proxy.bare import BareStation
 from dual_proxy.compare import is_stable
 from dual_proxy.log import signal
 from dual_proxy.many_runs import Result
+from dual_proxy.native import FACES_VARIABLE
 from dual_proxy.run import change_scenario
 from dual_proxy.scenario import Scenario
 
@@ -35,6 +37,7 @@ __all__ = [
     "phase_errors",
     "quiet_scenario",
     "simulate",
+    "station_with_faces",
     "summarise_runs",
     "take_turns",
 ]
@@ -91,6 +94,21 @@ def quiet_scenario(overrides: Mapping[str, Any], scene: str = "plane") -> Scenar
 def make_yardstick(duration: float) -> BareStation:
     """Return what times are told in."""
     return BareStation(quiet_scenario({}), duration)
+
+
+def station_with_faces(faces: str, scenario: Scenario, **options: Any) -> Any:
+    """Return a Drake station with LeafSystems of one kind, `python` or `native`;
+    options are those of `build_station`."""
+    from dual_proxy.station import build_station
+
+    before = os.environ.get(FACES_VARIABLE)
+    os.environ[FACES_VARIABLE] = faces
+    try:
+        return build_station(scenario, **options)
+    finally:
+        del os.environ[FACES_VARIABLE]
+        if before is not None:
+            os.environ[FACES_VARIABLE] = before
 
 
 def take_turns(
