@@ -72,6 +72,7 @@ _SUBJECTS = {
     "link": "the link, over rates, delays and schemes",
     "plant": "Drake's plant, over steps, contact approximations and stiffnesses",
     "savings": "what is left out where a scene does not need it, with and without",
+    "peer": "this package beside MuJoCo with a controller in NumPy",
 }
 
 

@@ -102,6 +102,7 @@ __all__ = [
     "NUM_JOINTS",
     "Q_REST",
     "R_BE_DOWN",
+    "TOOL_MOMENTS",
     "TORQUE_LIMIT",
     "ContactTruth",
     "PandaModel",
@@ -156,7 +157,7 @@ _p_7S = _constant(_PANDA["flange"])
 # What is beyond the flange (the sensor's own moving half, the shaft, the tip)
 # has these moments of inertia about its centre of mass, along the axes of S,
 # kg m^2, when its mass is TOOL_MASS.
-_TOOL_MOMENTS = (0.00019, 0.00019, 0.00008)
+TOOL_MOMENTS = (0.00019, 0.00019, 0.00008)
 _DARK = _constant([0.16, 0.17, 0.19, 1.0])
 _STEEL = _constant([0.66, 0.69, 0.73, 1.0])
 # What is drawn of sensor and tool: name, shape, its centre along z of S (m),
@@ -222,7 +223,7 @@ def _add_arm(plant: Any, tool_mass: float) -> ModelInstanceIndex:
     urdf = importlib.resources.files(__package__).joinpath("robots/panda/panda.urdf")
     (arm,) = Parser(plant).AddModelsFromString(urdf.read_text("utf-8"), "urdf")
     scale = tool_mass / TOOL_MASS
-    inertia = RotationalInertia(*(moment * scale for moment in _TOOL_MOMENTS))
+    inertia = RotationalInertia(*(moment * scale for moment in TOOL_MOMENTS))
     com: Any = TOOL_COM_S
     tool = plant.AddRigidBody(
         "tool", arm, SpatialInertia.MakeFromCentralInertia(tool_mass, com, inertia)

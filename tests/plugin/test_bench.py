@@ -5,6 +5,7 @@ import dataclasses
 import json
 import math
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from dual_proxy.bench import (
     filter_situations,
     link,
     pages,
+    peer,
     plant,
     savings,
 )
@@ -512,6 +514,72 @@ def test_page_of_savings_is_filled(saved, tmp_path):
     check_page(savings.SUBJECT, saved, tmp_path / "page.md")
 
 
+@pytest.fixture(scope="module")
+def peers(tmp_path_factory):
+    """Run `bench peer` once; return what it measured."""
+    for module in ("mujoco", "pinocchio"):
+        pytest.importorskip(module, reason=f"{module} is not installed (extra bench)")
+    return run_quick(peer.SUBJECT, tmp_path_factory.mktemp("peer"))
+
+
+def test_every_contender_has_its_row(peers):
+    rows = {row["contender"]: row for row in peers["rows"]}
+    assert len(rows) >= 6
+    for name in ("bare engine", "Drake, loop in Python", "MuJoCo, NumPy"):
+        assert 0 < rows[name]["force_N"] < 3
+        assert 0 < rows[name]["along_um"] < 1e4
+        assert rows[name]["yardsticks"] > 0
+    # The same controller with equal terms, to rounding.
+    numpy, pinocchio = (
+        rows[name]["along_um"]
+        for name in ("MuJoCo, NumPy", "MuJoCo, NumPy with Pinocchio's terms")
+    )
+    assert pinocchio == pytest.approx(numpy, rel=0.1)
+    alone = rows["MuJoCo's plant alone"]
+    assert alone["force_N"] is None
+    assert alone["us_per_ms"] < rows["MuJoCo, NumPy"]["us_per_ms"]
+
+
+def test_page_of_peers_is_filled(peers, tmp_path):
+    check_page(peer.SUBJECT, peers, tmp_path / "page.md")
+
+
+def test_the_arm_of_the_peers_is_ours(peers):
+    import mujoco
+
+    from dual_proxy.bench import mujoco_arm
+    from dual_proxy.panda import PandaModel
+    from dual_proxy.scenario import load_scenario
+
+    path = mujoco_arm.Path(np.zeros((1, 3)), np.zeros((1, 3)))
+    model = PandaModel()
+    for q, v in (np.random.default_rng(0).uniform(-1, 1, (5, 2, 7)) * 0.8)[:]:
+        arm = mujoco_arm.MujocoArm(load_scenario("plane"), path, q)
+        arm._data.qvel[:] = v
+        mujoco.mj_forward(arm._model, arm._data)
+        ours = model.calc(q, v)
+        expected = (
+            ours.p_BE,
+            ours.R_BE,
+            ours.J_BE,
+            ours.mass,
+            ours.bias - ours.gravity,
+        )
+        for terms in (arm.calc_terms(), mujoco_arm.PinocchioTerms().calc(q, v)):
+            for value, right in zip(terms, expected, strict=True):
+                assert value == pytest.approx(right, abs=1e-9)
+
+
+def test_without_the_peers_there_is_one_clear_line(capsys, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)  # As if it were not there.
+    status = cli.main(["bench", "peer", "--quick", "--out", str(tmp_path)])
+    captured = capsys.readouterr()
+    assert status == 2
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert "pip install 'drake-dual-proxy[bench]'" in captured.err
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -524,7 +592,7 @@ def test_page_of_savings_is_filled(saved, tmp_path):
                 [name, "--page", __file__],
                 f"expected a line '<!-- dual-proxy bench {name}",
             )
-            for name in ("link", "plant", "savings")
+            for name in ("link", "plant", "savings", "peer")
         ),
         (["control", "--quick", "--page", "x.md"], "expected the whole benchmark"),
         (["control", "--page", __file__], "expected a line '<!-- dual-proxy bench"),
