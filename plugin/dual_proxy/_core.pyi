@@ -3744,7 +3744,7 @@ class HapticControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'method': 'one of "open_loop", "force_feedback", "position": for a light device, one with a force sensor, a heavy one, default "open_loop"', 'force_damping': "N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum; not with `position`, which has its own, default 27", 'force_gain': ">= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this, default 8", 'force_integral_gain': '1/s, >= 0: Kif_h, of force_feedback, default 30', 'max_integral_force': 'N, >= 0: bound on what the integral adds, default 10', 'force_filter_cutoff': 'Hz, >= 0: low-pass of the sensed force; 0 is none, default 30', 'position_stiffness': 'N/m, >= 0: of `position`, towards the haptic proxy, default 4000', 'position_damping': 'N s/m, >= 0: of `position`, in force space, default 150', 'position_force_rate': "N/s, > 0: bound on the change of that spring's force, whose proxy moves with each message, default 300", 'max_force': "N, >= 0: the device's maximum, default 12", 'max_moment': 'N m, >= 0: 0 for a device without moments, default 0', 'selection_blend_time': 's, >= 0: in which the damping of a new selection takes over; 0 switches at once, as printed, default 0.03', 'period': "s, > 0: of the device's control, default 0.001"}
+    fields: typing.ClassVar[dict] = {'method': 'one of "open_loop", "force_feedback", "position": for a light device, one with a force sensor, a heavy one, default "open_loop"', 'force_damping': "N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum; not with `position`, which has its own, default 27", 'force_gain': ">= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this; for heavy devices: with a light one the loop swings (a scenario refuses it), default 8", 'force_integral_gain': '1/s, >= 0: Kif_h, of force_feedback, default 30', 'max_integral_force': 'N, >= 0: bound on what the integral adds, default 10', 'force_filter_cutoff': 'Hz, >= 0: low-pass of the sensed force; 0 is none, default 30', 'position_stiffness': "N/m, >= 0: of `position`, towards the haptic proxy: the hand feels this / k_vir_h times the robot's force, as much as the robot where k_vir_r is this / map.scale, default 4000", 'position_damping': 'N s/m, >= 0: of `position`, in force space, default 150', 'position_force_rate': "N/s, > 0: bound on the change of that spring's force, whose proxy moves with each message, default 300", 'max_force': "N, >= 0: the device's maximum, default 12", 'max_moment': 'N m, >= 0: 0 for a device without moments, default 0', 'selection_blend_time': 's, >= 0: in which the damping of a new selection takes over; 0 switches at once, as printed, default 0.03', 'period': "s, > 0: of the device's control, default 0.001"}
     def __copy__(self) -> HapticControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> HapticControllerParams:
@@ -3785,7 +3785,7 @@ class HapticControllerParams:
     @property
     def force_gain(self) -> float:
         """
-        >= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this, default 8
+        >= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this; for heavy devices: with a light one the loop swings (a scenario refuses it), default 8
         """
     @force_gain.setter
     def force_gain(self, arg1: typing.Any) -> None:
@@ -3857,7 +3857,7 @@ class HapticControllerParams:
     @property
     def position_stiffness(self) -> float:
         """
-        N/m, >= 0: of `position`, towards the haptic proxy, default 4000
+        N/m, >= 0: of `position`, towards the haptic proxy: the hand feels this / k_vir_h times the robot's force, as much as the robot where k_vir_r is this / map.scale, default 4000
         """
     @position_stiffness.setter
     def position_stiffness(self, arg1: typing.Any) -> None:
@@ -5275,7 +5275,7 @@ class WaveVariablesParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'wave_impedance': 'N s/m, > 0: b: small for free motion, large for stiff contact, default 40', 'robot_stiffness': 'N/m, >= 0: Ks, default 440', 'robot_damping': 'N s/m, >= 0: Bs; with that of wave_impedance no wave is thrown back before it has moved the robot, default 40', 'max_robot_force': 'N, >= 0: bound on |F_c|, default 60', 'force_scale': '> 0: kappa: share of f_d that the hand feels, default 1', 'wave_cutoff': 'Hz, >= 0: low-pass of received waves against the ripple of their messages, 0 is none, default 20', 'healing_time': "s, >= 0: in which received waves make good what late and lost messages did; less than a message's interval is that, default 0.5", 'energy_reserve': 'J, >= 0: E_res: what may be played of each wave before it has come, default 0.05', 'release_rate': "N/s, > 0: at which the hand's force goes to zero without a link, default 20"}
+    fields: typing.ClassVar[dict] = {'wave_impedance': 'N s/m, > 0: b: small for free motion, large for stiff contact, default 40', 'robot_stiffness': 'N/m, >= 0: Ks, default 440', 'robot_damping': 'N s/m, >= 0: Bs; with that of wave_impedance no wave is thrown back before it has moved the robot, default 40', 'max_robot_force': 'N, >= 0: bound on |F_c|, default 60', 'force_scale': '> 0: kappa: share of f_d that the hand feels, default 1', 'wave_cutoff': 'Hz, >= 0: low-pass of received waves against the ripple of their messages, which makes the link 1 / (2 pi this) longer; 0 is none: a touch then comes to the hand in steps of newtons, default 20', 'healing_time': "s, >= 0: in which received waves make good what late and lost messages did; less than a message's interval is that, default 0.5", 'energy_reserve': 'J, >= 0: E_res: what may be played of each wave before it has come, default 0.05', 'release_rate': "N/s, > 0: at which the hand's force goes to zero without a link, default 20"}
     def __copy__(self) -> WaveVariablesParams:
         ...
     def __deepcopy__(self, memo: dict) -> WaveVariablesParams:
@@ -5356,7 +5356,7 @@ class WaveVariablesParams:
     @property
     def wave_cutoff(self) -> float:
         """
-        Hz, >= 0: low-pass of received waves against the ripple of their messages, 0 is none, default 20
+        Hz, >= 0: low-pass of received waves against the ripple of their messages, which makes the link 1 / (2 pi this) longer; 0 is none: a touch then comes to the hand in steps of newtons, default 20
         """
     @wave_cutoff.setter
     def wave_cutoff(self, arg1: typing.Any) -> None:

@@ -25,6 +25,8 @@ constexpr double kMaxDelay = 10.0;  // s
 constexpr double kUsualStep = 1e-3;
 // How much longer both steps could be.
 constexpr double kStepMargin = 1.2;
+// Of the gains of the haptic device's force loop: with less it rings.
+constexpr double kGainMargin = 2;
 // Standard deviations of the sensor's noise that a filter's threshold is above.
 constexpr double kNoiseMargin = 3.0;
 
@@ -318,6 +320,7 @@ void Scenario::CheckAcross() const {
   CheckStart();
   if (robot == RobotKind::kPointMass) CheckPointMass();
   CheckPeriods();
+  CheckHapticForceLoop();
   if (sensor.tare && sensor.force_noise_std >= sensor.tare_max_noise) {
     throw ScenarioError(
         Join(name, ".sensor.force_noise_std: expected less than ",
@@ -382,6 +385,44 @@ void Scenario::CheckPeriods() const {
                                step, " s, as ", unstable, ", got ",
                                scene.time_step));
     }
+  }
+}
+
+void Scenario::CheckHapticForceLoop() const {
+  if (haptic_controller.method != HapticControlMethod::kForceFeedback) return;
+  const auto settles = [this](double gain, double integral_gain) {
+    HapticControllerParams params = haptic_controller;
+    params.force_gain = gain;
+    params.force_integral_gain = integral_gain;
+    return HapticForceLoopSettles(params,
+                                  {.hand_mass = device.hand_mass,
+                                   .hand_stiffness = device.hand_stiffness,
+                                   .hand_damping = device.hand_damping,
+                                   .device_mass = device.device_mass,
+                                   .device_damping = device.device_damping,
+                                   .velocity_cutoff = device.velocity_cutoff});
+  };
+  const double gain = haptic_controller.force_gain;
+  const double integral_gain = haptic_controller.force_integral_gain;
+  const auto refuse = [this](const char* key, double value, auto stays_stable) {
+    double most = 0;
+    for (double step = value / 2; step > value / 1000; step /= 2) {
+      if (stays_stable(most + step)) most += step;
+    }
+    throw ScenarioError(
+        Join(name, ".haptic_controller.", key, ": expected at most ",
+             std::floor(100 * most) / 100, ", as with ", kGainMargin,
+             " times more the force loop of a device of ", device.device_mass,
+             " kg (device.device_mass) in a hand of ", device.hand_mass,
+             " kg swings, got ", value));
+  };
+  if (!settles(kGainMargin * gain, 0)) {
+    refuse("force_gain", gain,
+           [&](double value) { return settles(kGainMargin * value, 0); });
+  }
+  if (!settles(gain, kGainMargin * integral_gain)) {
+    refuse("force_integral_gain", integral_gain,
+           [&](double value) { return settles(gain, kGainMargin * value); });
   }
 }
 

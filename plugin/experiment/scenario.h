@@ -368,6 +368,7 @@ struct Scenario {
   void CheckStart() const;
   void CheckPointMass() const;
   void CheckPeriods() const;
+  void CheckHapticForceLoop() const;
   void CheckAgainstNoise(const std::string& section,
                          const ForceSpaceParticleFilterParams& params,
                          double noise) const;

@@ -58,7 +58,8 @@ struct HapticControllerParams {
                    "which has its own"));
     a->Visit(Field("force_gain", &force_gain, AtLeast(0), "",
                    "Kpf_h, of force_feedback: the hand feels the device's mass "
-                   "divided by 1 + this"));
+                   "divided by 1 + this; for heavy devices: with a light one "
+                   "the loop swings (a scenario refuses it)"));
     a->Visit(Field("force_integral_gain", &force_integral_gain, AtLeast(0),
                    "1/s", "Kif_h, of force_feedback"));
     a->Visit(Field("max_integral_force", &max_integral_force, AtLeast(0), "N",
@@ -66,7 +67,9 @@ struct HapticControllerParams {
     a->Visit(Field("force_filter_cutoff", &force_filter_cutoff, AtLeast(0),
                    "Hz", "low-pass of the sensed force; 0 is none"));
     a->Visit(Field("position_stiffness", &position_stiffness, AtLeast(0), "N/m",
-                   "of `position`, towards the haptic proxy"));
+                   "of `position`, towards the haptic proxy: the hand feels "
+                   "this / k_vir_h times the robot's force, as much as the "
+                   "robot where k_vir_r is this / map.scale"));
     a->Visit(Field("position_damping", &position_damping, AtLeast(0), "N s/m",
                    "of `position`, in force space"));
     a->Visit(Field("position_force_rate", &position_force_rate, Above(0), "N/s",
@@ -134,11 +137,15 @@ struct HapticControllerState {
 The paper names the last two in section V.A without equations. Force feedback
 hides mass and friction of the device in all directions, those of free motion,
 too. It works on the damping as well, which comes late, through the reading of
-the velocity: for a light device choose Kpf_h such that Kvf_h (1 + Kpf_h) /
-(mass of hand and device) stays below 2 pi times that reading's cutoff. The
-position loop holds the hand at the haptic proxy; with position_stiffness above
-k_vir_h it feels more than the robot, and a scheme without force space has
-open-loop control by it.
+the velocity. A light device passes most of what it is told on to the hand, so
+that the loop swings with a gain that suits a heavy one:
+HapticForceLoopSettles() (loop_stability.h) tells. The position loop holds the
+hand at the haptic proxy: by position_stiffness in place of k_vir_h, so that for
+the same displacement, from which the robot's force follows, the hand feels
+position_stiffness / k_vir_h times as much: 3.2 times with the defaults. A hand
+that is to feel what the robot does needs k_vir_h = position_stiffness, which is
+k_vir_r = position_stiffness / scale where the forces are matched. A scheme
+without force space has open-loop control by it.
 
 A new Omega_fh takes over by a SelectionBlend, without which the damping steps
 by up to a newton at touch. What would pull the hand into a surface is left out

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/common/low_pass.h"
+
 namespace dual_proxy {
 
 namespace {
@@ -15,6 +17,7 @@ constexpr double kNearby = 0.05;  // Share of kForce.
 constexpr double kTooDeep = 0.1;  // Likewise, at the start.
 constexpr double kWanted = 20;    // N, in the air.
 constexpr double kOverSpeed = 1.1;
+constexpr double kRunaway = 1e3;  // N: no handle that settles gets there.
 
 struct Plant {
   double position{0};
@@ -138,6 +141,56 @@ bool MotionLoopSettles(double stiffness, double damping, double period,
   RunLoop(period, time_step, 0, {.position = 1, .velocity = -0.1}, control,
           step, watch);
   return last <= first;
+}
+
+bool HapticForceLoopSettles(HapticControllerParams params,
+                            const HeldDeviceModel& device) {
+  using Eigen::Vector3d;
+  params.method = HapticControlMethod::kForceFeedback;
+  // So that what grows is seen to.
+  params.max_force = params.max_integral_force = 1e3 * kRunaway;
+  const HapticController controller(params);
+  const double h = params.period;
+  const double mass = device.hand_mass + device.device_mass;
+  const double damping = device.hand_damping + device.device_damping;
+  const double velocity_gain = LowPassGain(device.velocity_cutoff, h);
+  for (const bool in_contact : {false, true}) {
+    HapticControllerState state = controller.MakeState();
+    const Eigen::Matrix3d selection =
+        in_contact ? Eigen::Matrix3d(Vector3d::UnitZ().asDiagonal())
+                   : Eigen::Matrix3d::Zero();
+    Plant handle{.position = 1e-3};  // Its force is that on the hand.
+    double read_velocity = 0;
+    double command = 0;
+    double first = 0;
+    double last = 0;
+    const int count = static_cast<int>(kDuration / h);
+    for (int i = 0; i < count; ++i) {
+      HapticControllerInput input;
+      input.device_velocity(2) = read_velocity;
+      input.force_selection = selection;
+      input.handle_force.z() = handle.force;
+      const double next_command = controller.Update(input, &state)(2);
+
+      const double k = device.hand_stiffness;
+      const double v =
+          (mass * handle.velocity + h * (command - k * handle.position)) /
+          (mass + h * damping + h * h * k);
+      handle.force = command - device.device_damping * v -
+                     device.device_mass / h * (v - handle.velocity);
+      handle.velocity = v;
+      handle.position += h * v;
+      read_velocity += velocity_gain * (v - read_velocity);
+      command = next_command;
+
+      const double size = std::abs(handle.force);
+      if (!(size < kRunaway)) return false;
+      if (i < count / 4) first = std::max(first, size);
+      if (i >= count * 3 / 4) last = std::max(last, size);
+    }
+    if (!(last <= first)) return false;
+  }
+  return true;
 }
 
 }  // namespace dual_proxy

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dual_proxy/control/force_loop.h"
+#include "dual_proxy/control/haptic_controller.h"
 
 namespace dual_proxy {
 
@@ -47,5 +48,28 @@ swing farther with time.
 @param time_step s, > 0. */
 bool MotionLoopSettles(double stiffness, double damping, double period,
                        double time_step);
+
+/** A haptic device in a hand that holds it: one mass. */
+struct HeldDeviceModel {
+  double hand_mass;        ///< kg.
+  double hand_stiffness;   ///< N/m, of hand to where it means to be.
+  double hand_damping;     ///< N s/m, likewise.
+  double device_mass;      ///< kg.
+  double device_damping;   ///< N s/m, of device to its base.
+  double velocity_cutoff;  ///< Hz: of the velocity's reading, 0 is none.
+};
+
+/** Tells whether HapticControlMethod::kForceFeedback does not swing farther
+with time, by itself: without a scheme's force on the hand, in motion space and
+in force space, where the damping is fed back, too.
+
+The very HapticController, at its period; the device moves as
+SimulatedHapticDevice does, friction and steps of the encoders left out, and
+under the wrench of the period before. What counts for fast motion is the share
+of the device's force that the handle passes on, hand_mass / (hand_mass +
+device_mass), times the gain: the light device needs the smaller one.
+@throws std::invalid_argument if `params` is not valid. */
+bool HapticForceLoopSettles(HapticControllerParams params,
+                            const HeldDeviceModel& device);
 
 }  // namespace dual_proxy

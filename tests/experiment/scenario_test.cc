@@ -425,6 +425,31 @@ TEST(ScenarioTest, FieldsThatContradictEachOtherAreNamed) {
             "got 0.0005");
 }
 
+// The default gain is for heavy devices; the default device is light.
+TEST(ScenarioTest, ForceLoopsOfTheDeviceThatSwingAreRefused) {
+  const auto error = [](double device_mass, double gain, double integral_gain) {
+    return ErrorAfter([=](Scenario* s) {
+      s->haptic_controller.method = HapticControlMethod::kForceFeedback;
+      s->haptic_controller.force_gain = gain;
+      s->haptic_controller.force_integral_gain = integral_gain;
+      s->device.device_mass = device_mass;
+    });
+  };
+  EXPECT_EQ(error(0.25, 8, 30),
+            "tiny.haptic_controller.force_gain: expected at most 4.14, as with "
+            "2 times more the force loop of a device of 0.25 kg "
+            "(device.device_mass) in a hand of 0.5 kg swings, got 8");
+  EXPECT_EQ(error(0.25, 4, 30), "no exception");
+  EXPECT_EQ(error(4, 8, 30), "no exception");
+  EXPECT_EQ(
+      error(8, 0.2, 30),
+      "tiny.haptic_controller.force_integral_gain: expected at most 3.57, "
+      "as with 2 times more the force loop of a device of 8 kg "
+      "(device.device_mass) in a hand of 0.5 kg swings, got 30");
+  EXPECT_EQ(ErrorAfter([](Scenario* s) { s->device.device_mass = 0.1; }),
+            "no exception");
+}
+
 TEST(ScenarioTest, PeriodsAtWhichTheLawIsNotStableAreRefused) {
   const auto error = [](double control_period, double time_step) {
     return ErrorAfter([=](Scenario* s) {

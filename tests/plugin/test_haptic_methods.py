@@ -54,3 +54,26 @@ def test_position_holds_the_haptic_proxy(runs):
         return float(np.abs(apart[:, 2]).mean())
 
     assert distance("position") < 0.5 * distance("open_loop")
+
+
+def test_position_makes_the_hand_feel_more_unless_the_robots_spring_is_matched(runs):
+    def share(run: dp.Run) -> float:
+        log = run.log.loc[12.0:14.0]
+        hand, robot = (
+            np.linalg.norm(signal(log, name), axis=1).mean()
+            for name in ("device_force", "reference_force")
+        )
+        return float(hand / robot)
+
+    scenario = runs["position"].scenario
+    stiffness = scenario.haptic_controller.position_stiffness
+    matched = scenario.map.scale * scenario.robot_proxy.stiffness
+    assert share(runs["open_loop"]) == pytest.approx(1.0, abs=0.05)
+    assert share(runs["position"]) == pytest.approx(stiffness / matched, rel=0.05)
+    equal = dp.run(
+        scenario,
+        engine="bare",
+        duration=14.0,
+        overrides={"robot_proxy.stiffness": stiffness / scenario.map.scale},
+    )
+    assert share(equal) == pytest.approx(1.0, abs=0.05)
