@@ -21,8 +21,13 @@ constexpr double kTargetVelocity = 0.99;
 struct Limits {
   double velocity;
   double acceleration;
+  double jerk;  // Infinite: none.
   double period;
 };
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+double OrNone(double jerk) { return jerk > 0 ? jerk : kInfinity; }
 
 // The displacement of one tick, and the velocity and acceleration after it.
 struct Step {
@@ -32,7 +37,54 @@ struct Step {
   bool arrived;  // Where the target is after the tick, with its velocity.
 };
 
-Step Brake(const Eigen::Vector3d& velocity, const Limits& limits) noexcept {
+// Of one axis, seen from what it is to reach.
+ruckig::InputParameter<3> MakeInput(const Eigen::Vector3d& velocity,
+                                    const Eigen::Vector3d& acceleration,
+                                    const Limits& limits) noexcept {
+  ruckig::InputParameter<3> input;
+  input.synchronization = ruckig::Synchronization::None;
+  for (int i = 0; i < 3; ++i) {
+    input.current_position[i] = 0.0;
+    input.current_velocity[i] = velocity(i);
+    input.current_acceleration[i] =
+        limits.jerk < kInfinity ? acceleration(i) : 0.0;
+    input.target_position[i] = 0.0;
+    input.target_velocity[i] = 0.0;
+    input.target_acceleration[i] = 0.0;
+    input.max_velocity[i] = limits.velocity;
+    input.max_acceleration[i] = limits.acceleration;
+    input.max_jerk[i] = limits.jerk;
+  }
+  return input;
+}
+
+// With a limited jerk: the acceleration fades first.
+Step BrakeSoftly(const Eigen::Vector3d& velocity,
+                 const Eigen::Vector3d& acceleration,
+                 const Limits& limits) noexcept {
+  ruckig::InputParameter<3> input = MakeInput(velocity, acceleration, limits);
+  input.control_interface = ruckig::ControlInterface::Velocity;
+  ruckig::Ruckig<3> generator;
+  ruckig::Trajectory<3> trajectory;
+  std::array<double, 3> p{}, v{}, a{};
+  if (generator.calculate(input, trajectory) >= 0) {
+    trajectory.at_time(limits.period, p, v, a);
+  }
+  using Map = Eigen::Map<const Eigen::Vector3d>;
+  // Rounding must not leave an axis a shade over its limit.
+  return {.displacement = Map(p.data()),
+          .velocity = Map(v.data())
+                          .cwiseMin(limits.velocity)
+                          .cwiseMax(-limits.velocity),
+          .acceleration = Map(a.data()),
+          .arrived = false};
+}
+
+Step Brake(const Eigen::Vector3d& velocity, const Eigen::Vector3d& acceleration,
+           const Limits& limits) noexcept {
+  if (limits.jerk < kInfinity) {
+    return BrakeSoftly(velocity, acceleration, limits);
+  }
   Step step;
   const double change = limits.acceleration * limits.period;
   for (int i = 0; i < 3; ++i) {
@@ -54,6 +106,7 @@ Step Brake(const Eigen::Vector3d& velocity, const Limits& limits) noexcept {
 // case, a target that moves as the limits allow.
 bool ArrivesAtOnce(const Eigen::Vector3d& way, const Eigen::Vector3d& v_target,
                    const Eigen::Vector3d& velocity,
+                   const Eigen::Vector3d& acceleration,
                    const Limits& limits) noexcept {
   constexpr double kClearly = 1 - 1e-6;
   const double a = limits.acceleration;
@@ -69,19 +122,23 @@ bool ArrivesAtOnce(const Eigen::Vector3d& way, const Eigen::Vector3d& v_target,
           fastest < kClearly * limits.velocity)) {
       return false;
     }
+    const double change = -v / limits.period - acceleration(i);
+    if (!(std::abs(change) <= limits.jerk * limits.period)) return false;
   }
   return true;
 }
 
 Step Approach(const Eigen::Vector3d& way,
               const Eigen::Vector3d& target_velocity,
-              const Eigen::Vector3d& velocity, const Limits& limits) noexcept {
+              const Eigen::Vector3d& velocity,
+              const Eigen::Vector3d& acceleration,
+              const Limits& limits) noexcept {
   // Seen from the target, which moves on: a point that is a hair ahead of it at
   // its velocity is almost there, and need not turn round.
   const double fastest = kTargetVelocity * limits.velocity;
   const Eigen::Vector3d v_target =
       target_velocity.cwiseMax(-fastest).cwiseMin(fastest);
-  if (ArrivesAtOnce(way, v_target, velocity, limits)) {
+  if (ArrivesAtOnce(way, v_target, velocity, acceleration, limits)) {
     return {.displacement = way + limits.period * v_target,
             .velocity = v_target,
             .acceleration = (v_target - velocity) / limits.period,
@@ -90,27 +147,21 @@ Step Approach(const Eigen::Vector3d& way,
   // Within this distance a trajectory at full speed shows whether the next tick
   // is to accelerate, to cruise or to brake.
   const double sight = 2.0 * limits.velocity *
-                       (limits.velocity / limits.acceleration + limits.period);
+                       (limits.velocity / limits.acceleration +
+                        limits.acceleration / limits.jerk + limits.period);
 
-  ruckig::InputParameter<3> input;
-  input.synchronization = ruckig::Synchronization::None;
+  ruckig::InputParameter<3> input =
+      MakeInput(velocity - v_target, acceleration, limits);
   input.min_velocity.emplace();
   for (int i = 0; i < 3; ++i) {
-    input.current_position[i] = 0.0;
-    input.current_velocity[i] = velocity(i) - v_target(i);
-    input.current_acceleration[i] = 0.0;
     input.target_position[i] = std::clamp(way(i), -sight, sight);
-    input.target_velocity[i] = 0.0;
-    input.target_acceleration[i] = 0.0;
     input.max_velocity[i] = limits.velocity - v_target(i);
     (*input.min_velocity)[i] = -limits.velocity - v_target(i);
-    input.max_acceleration[i] = limits.acceleration;
-    input.max_jerk[i] = std::numeric_limits<double>::infinity();
   }
   ruckig::Ruckig<3> generator;
   ruckig::Trajectory<3> trajectory;
   if (generator.calculate(input, trajectory) < 0) {
-    return Brake(velocity, limits);
+    return Brake(velocity, acceleration, limits);
   }
   std::array<double, 3> p{}, v{}, a{};
   trajectory.at_time(limits.period, p, v, a);
@@ -126,7 +177,10 @@ Step Approach(const Eigen::Vector3d& way,
     step.displacement = way + limits.period * v_target;
     step.velocity = v_target;
   }
-  step.acceleration = (step.velocity - velocity) / limits.period;
+  step.acceleration =
+      limits.jerk < kInfinity && !step.arrived
+          ? Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(a.data()))
+          : Eigen::Vector3d((step.velocity - velocity) / limits.period);
   return step;
 }
 
@@ -172,9 +226,10 @@ void TrajectoryLimiter::Update(
     Stop(state);
     return;
   }
-  const Step linear = Approach(
-      way, target_velocity.head<3>(), state->v,
-      {params_.max_velocity, params_.max_acceleration, params_.period});
+  const Step linear =
+      Approach(way, target_velocity.head<3>(), state->v, state->a,
+               {params_.max_velocity, params_.max_acceleration,
+                OrNone(params_.max_jerk), params_.period});
   // Rounding in `way` must not keep it from a target at rest.
   state->pose.p = linear.arrived && linear.velocity.isZero(0.0)
                       ? target.p
@@ -183,16 +238,18 @@ void TrajectoryLimiter::Update(
   state->a = linear.acceleration;
 
   // Nothing to do at rest, which is where most scenes leave the orientation.
-  if (target.R == state->pose.R && state->w.isZero(0.0) &&
+  const bool turns_on =
+      params_.max_angular_jerk > 0 && !state->alpha.isZero(0.0);
+  if (target.R == state->pose.R && state->w.isZero(0.0) && !turns_on &&
       target_velocity.tail<3>().isZero(0.0)) {
     state->alpha.setZero();
     return;
   }
   const Step angular =
       Approach(LogRotation(target.R * state->pose.R.transpose()),
-               target_velocity.tail<3>(), state->w,
+               target_velocity.tail<3>(), state->w, state->alpha,
                {params_.max_angular_velocity, params_.max_angular_acceleration,
-                params_.period});
+                OrNone(params_.max_angular_jerk), params_.period});
   if (angular.arrived && angular.velocity.isZero(0.0)) {
     state->pose.R = target.R;
   } else {
@@ -203,16 +260,17 @@ void TrajectoryLimiter::Update(
 }
 
 void TrajectoryLimiter::Stop(TrajectoryLimiterState* state) const noexcept {
-  const Step linear =
-      Brake(state->v,
-            {params_.max_velocity, params_.max_acceleration, params_.period});
+  const Step linear = Brake(state->v, state->a,
+                            {params_.max_velocity, params_.max_acceleration,
+                             OrNone(params_.max_jerk), params_.period});
   state->pose.p += linear.displacement;
   state->v = linear.velocity;
   state->a = linear.acceleration;
 
   const Step angular =
-      Brake(state->w, {params_.max_angular_velocity,
-                       params_.max_angular_acceleration, params_.period});
+      Brake(state->w, state->alpha,
+            {params_.max_angular_velocity, params_.max_angular_acceleration,
+             OrNone(params_.max_angular_jerk), params_.period});
   Turn(angular.displacement, &state->pose.R);
   state->w = angular.velocity;
   state->alpha = angular.acceleration;

@@ -16,6 +16,8 @@ struct TrajectoryLimiterParams {
   double max_acceleration{10.0};
   double max_angular_velocity{1.0};
   double max_angular_acceleration{20.0};
+  double max_jerk{0};
+  double max_angular_jerk{0};
   double period{0.001};
 
   /** @throws std::invalid_argument naming the field. */
@@ -32,6 +34,11 @@ struct TrajectoryLimiterParams {
                    "rad/s", "per axis"));
     a->Visit(Field("max_angular_acceleration", &max_angular_acceleration,
                    Above(0), "rad/s^2", "per axis"));
+    a->Visit(Field("max_jerk", &max_jerk, AtLeast(0), "m/s^3",
+                   "per axis; 0 is none, as in the paper: the acceleration "
+                   "steps, and with it the torques that it asks for"));
+    a->Visit(Field("max_angular_jerk", &max_angular_jerk, AtLeast(0), "rad/s^3",
+                   "per axis; 0 is none"));
     a->Visit(Field("period", &period, Above(0), "s", "between updates"));
   }
 };
@@ -47,17 +54,16 @@ struct TrajectoryLimiterState {
 };
 
 /** Online trajectory generator: moves a pose towards a target that may change
-every tick, within limits of velocity and acceleration (spec section 3, point
-1).
+every tick, within limits of velocity, acceleration and, if there is one, jerk
+(spec section 3, point 1).
 
 Every axis of the position takes the time-optimal way to the target's coordinate
-and velocity, on its own (Ruckig, without a jerk limit and without
-synchronisation). A target that moves within the limits is met and then followed
-with its own velocity and acceleration. The
-rotation does the same with the rotation vector that leads from the current
-orientation to the target's, in B. Only the next tick of a trajectory is ever
-used; so targets that are out of its sight are taken nearer, which changes
-nothing but the range of the numbers. */
+and velocity, on its own (Ruckig, without synchronisation). A target that moves
+within the limits is met and then followed with its own velocity and
+acceleration. The rotation does the same with the rotation vector that leads
+from the current orientation to the target's, in B. Only the next tick of a
+trajectory is ever used; so targets that are out of its sight are taken nearer,
+which changes nothing but the range of the numbers. */
 class TrajectoryLimiter {
  public:
   /** @throws std::invalid_argument for parameters out of range. */
@@ -81,8 +87,7 @@ class TrajectoryLimiter {
   /** The same with a target at rest. */
   void Update(const Pose& target, TrajectoryLimiterState* state) const noexcept;
 
-  /** Advances by one period, braking every axis to rest at the acceleration
-  limit. */
+  /** Advances by one period, braking every axis to rest within the limits. */
   void Stop(TrajectoryLimiterState* state) const noexcept;
 
  private:

@@ -226,6 +226,101 @@ TEST_F(TrajectoryLimiterTest, DoesNotAllocate) {
   EXPECT_EQ(guard.count(), 0);
 }
 
+/** With a limit of the jerk: what the acceleration changes by. */
+class JerkLimiterTest : public ::testing::Test {
+ protected:
+  void Step(const Pose* target, const Eigen::Matrix<double, 6, 1>& velocity =
+                                    Eigen::Matrix<double, 6, 1>::Zero()) {
+    const TrajectoryLimiterState last = state_;
+    if (target != nullptr) {
+      dut_.Update(*target, velocity, &state_);
+    } else {
+      dut_.Stop(&state_);
+    }
+    const auto max_abs = [](const Vector3d& v) {
+      return v.cwiseAbs().maxCoeff();
+    };
+    const TrajectoryLimiterParams& limits = dut_.params();
+    ASSERT_LE(max_abs(state_.v), limits.max_velocity);
+    ASSERT_LE(max_abs(state_.a), limits.max_acceleration * (1 + 1e-9));
+    ASSERT_LE(max_abs(state_.a - last.a), kPeriod * limits.max_jerk + 1e-9);
+    ASSERT_LE(max_abs(state_.alpha - last.alpha),
+              kPeriod * limits.max_angular_jerk + 1e-9);
+    // The motion is that of the accelerations.
+    ASSERT_LE(max_abs(state_.v - last.v - kPeriod / 2 * (state_.a + last.a)),
+              kPeriod * kPeriod * limits.max_jerk);
+  }
+
+  const TrajectoryLimiter dut_{
+      TrajectoryLimiterParams{.max_jerk = 100, .max_angular_jerk = 200}};
+  TrajectoryLimiterState state_{dut_.MakeState(Pose{})};
+};
+
+TEST_F(JerkLimiterTest, HoldsOnTheWayToAPlace) {
+  Pose target;
+  target.p = Vector3d(0.1, -0.05, 0.002);
+  target.R = ExpRotation({0.3, 0, -0.2});
+  int ticks = 0;
+  while ((state_.pose.p - target.p).norm() > 1e-9 && ticks < 2000) {
+    ASSERT_NO_FATAL_FAILURE(Step(&target)) << ticks;
+    ++ticks;
+  }
+  // 0.1 m at 0.2 m/s, which takes 2 sqrt(0.2 / 100) s to reach and to leave.
+  EXPECT_NEAR(ticks * kPeriod, 0.5 + 2 * std::sqrt(0.2 / 100), 0.005);
+  for (int i = 0; i < 500; ++i) ASSERT_NO_FATAL_FAILURE(Step(&target));
+  EXPECT_LT((state_.pose.R - target.R).norm(), 1e-9);
+  EXPECT_LT(state_.v.norm() + state_.a.norm(), 1e-9);
+}
+
+TEST_F(JerkLimiterTest, HoldsWhenTargetsJumpAboutAndWhenItStops) {
+  RandomStream random(7);
+  for (int k = 0; k < 300; ++k) {
+    Pose target;
+    target.p = RandomVector(0.02, &random);
+    target.R = RandomRotation(0.5, &random);
+    Eigen::Matrix<double, 6, 1> velocity;
+    velocity << RandomVector(0.3, &random), RandomVector(1.5, &random);
+    const int ticks = 1 + static_cast<int>(60.0 * random.Uniform());
+    for (int i = 0; i < ticks; ++i) {
+      ASSERT_NO_FATAL_FAILURE(Step(&target, velocity)) << k;
+    }
+    if (random.Uniform() > 0.3) continue;
+    for (int i = 0; i < 20; ++i) ASSERT_NO_FATAL_FAILURE(Step(nullptr)) << k;
+  }
+}
+
+TEST_F(JerkLimiterTest, StopsForGood) {
+  Pose target;
+  target.p.x() = 1;
+  for (int i = 0; i < 200; ++i) ASSERT_NO_FATAL_FAILURE(Step(&target));
+  for (int i = 0; i < 200; ++i) ASSERT_NO_FATAL_FAILURE(Step(nullptr));
+  EXPECT_LT(state_.v.norm() + state_.a.norm(), 1e-12);
+}
+
+TEST_F(JerkLimiterTest, FollowsASmoothTargetClosely) {
+  for (int i = 0; i < 4000; ++i) {
+    const double t = kPeriod * i;
+    Pose target;
+    target.p.x() = 0.03 * (1 - std::cos(3 * t));
+    Eigen::Matrix<double, 6, 1> velocity = Eigen::Matrix<double, 6, 1>::Zero();
+    velocity(0) = 0.09 * std::sin(3 * t);
+    ASSERT_NO_FATAL_FAILURE(Step(&target, velocity));
+    if (i > 200) {
+      ASSERT_LT(std::abs(state_.pose.p.x() - target.p.x()), 2e-4) << i;
+    }
+  }
+}
+
+TEST_F(JerkLimiterTest, DoesNotAllocate) {
+  Pose target;
+  target.p = Vector3d(0.3, 0.2, 0.1);
+  target.R = ExpRotation({0.1, 0.2, 0.3});
+  ScopedNoAlloc guard;
+  for (int i = 0; i < 1000; ++i) dut_.Update(target, &state_);
+  dut_.Stop(&state_);
+  EXPECT_EQ(guard.count(), 0);
+}
+
 TEST(TrajectoryLimiterParamsTest, InvalidParametersAreNamed) {
   using Params = TrajectoryLimiterParams;
   const auto message = [](double Params::* field, double value) {
@@ -243,6 +338,8 @@ TEST(TrajectoryLimiterParamsTest, InvalidParametersAreNamed) {
       std::string::npos);
   EXPECT_NE(message(&Params::max_angular_acceleration, 0)
                 .find("`max_angular_acceleration`"),
+            std::string::npos);
+  EXPECT_NE(message(&Params::max_jerk, -1).find("`max_jerk`"),
             std::string::npos);
   EXPECT_NE(message(&Params::period, std::nan("")).find("`period`"),
             std::string::npos);

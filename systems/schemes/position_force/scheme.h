@@ -117,6 +117,9 @@ struct PositionForceScheme {
     controller->position_damping = 20;
     controller->feed_forward = false;
     proxy->max_motion_error = 0;
+    // No acceleration is fed forward: a limit of the jerk would only be a lag.
+    proxy->limiter.max_jerk = 0;
+    proxy->limiter.max_angular_jerk = 0;
   }
 };
 
