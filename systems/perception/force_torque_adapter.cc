@@ -106,7 +106,10 @@ void ForceTorqueAdapter::Tare(const Vector6d& net, bool at_rest,
 
 void ForceTorqueAdapter::Update(const ForceTorqueAdapterInput& input,
                                 State* state) const noexcept {
-  if (!input.measured.allFinite() || !IsValidPose(input.X_BE) ||
+  const bool in_range =
+      input.measured.head<3>().cwiseAbs().maxCoeff() <= params_.max_force &&
+      input.measured.tail<3>().cwiseAbs().maxCoeff() <= params_.max_moment;
+  if (!input.measured.allFinite() || !in_range || !IsValidPose(input.X_BE) ||
       !input.p_SE.allFinite() || (input.v_BE && !input.v_BE->allFinite())) {
     ++state->bad_inputs;
     state->com_samples = 0;

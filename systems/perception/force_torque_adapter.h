@@ -18,6 +18,8 @@ struct ForceTorqueAdapterParams {
   Eigen::Vector3d tool_com{Eigen::Vector3d::Zero()};
   double gravity{9.81};
   double cutoff{0};
+  double max_force{500};
+  double max_moment{50};
   bool tare{false};
   double tare_time{0.5};
   double tare_speed{0.005};
@@ -39,6 +41,10 @@ struct ForceTorqueAdapterParams {
     a->Visit(Field("cutoff", &cutoff, AtLeast(0), "Hz",
                    "the sensor's own first-order low-pass, which what the "
                    "tool's inertia does passes through, too; 0 is none"));
+    a->Visit(Field("max_force", &max_force, Above(0), "N",
+                   "that the sensor measures, per axis: a sample beyond it is "
+                   "none, and refused like one that is not finite"));
+    a->Visit(Field("max_moment", &max_moment, Above(0), "N m", "likewise"));
     a->Visit(Field("tare", &tare,
                    "whether the sensor's bias is learned before anything "
                    "moves; false: there is none until one is asked for"));
