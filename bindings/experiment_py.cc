@@ -20,6 +20,7 @@
 #include "dual_proxy/experiment/run_log_store.h"
 #include "dual_proxy/robots/panda/panda.h"
 #include "params.h"
+#include "watched.h"
 
 // dual_proxy.metrics and dual_proxy.recording are the typed faces of what is
 // bound here.
@@ -152,6 +153,19 @@ void BindMetrics(py::module_& m) {
       py::arg("control_period"),
       "A text for each limit of the arm that was broken; the arguments are "
       "those of\n`_compute_metrics`.");
+  m.def(
+      "_watch_log",
+      [](Eigen::VectorXd time, const Signals& signals,
+         std::optional<const RunLogStore*> store, const Scenario& scenario,
+         double duration, double rest) {
+        RunWatch watch(MakeRunWatchParams(scenario, duration, rest));
+        watch.Add(MakeRunLog(std::move(time), signals, store));
+        return WatchedList(watch.Summarise());
+      },
+      py::arg("time"), py::arg("signals"), py::arg("store"),
+      py::arg("scenario"), py::arg("duration"), py::arg("rest"),
+      "[(name, unit, value, time, most, detail)] of a log; see "
+      "experiment/run_watch.h.");
   m.def(
       "_metrics_out",
       [](const Metrics& metrics) { return FindMetricsOut(metrics); },

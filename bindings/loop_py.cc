@@ -10,6 +10,7 @@
 #include "dual_proxy/loop/teleop_loop.h"
 #include "layout.h"
 #include "params.h"
+#include "watched.h"
 
 namespace dual_proxy {
 
@@ -47,6 +48,13 @@ py::list Describe(const std::vector<SignalSlice>& layout) {
   return result;
 }
 
+std::optional<RunWatchParams> MakeWatch(const Scenario& scenario,
+                                        double duration,
+                                        const std::optional<double>& rest) {
+  if (!rest) return std::nullopt;
+  return MakeRunWatchParams(scenario, duration, *rest);
+}
+
 template <typename Plant>
 void BindEngine(py::module_& m, const char* name) {
   using E = BareEngine<Plant>;
@@ -55,6 +63,11 @@ void BindEngine(py::module_& m, const char* name) {
       .def("advance_to", &E::AdvanceTo, py::arg("time"),
            py::call_guard<py::gil_scoped_release>(),
            "Runs up to `time`, s, and logs every control period.")
+      .def(
+          "watched",
+          [](const E& self) { return WatchedList(self.SummariseWatch()); },
+          "What was watched so far: [(name, unit, value, time, most, detail)]; "
+          "see experiment/run_watch.h.")
       .def_property_readonly(
           "layout", [](const E& self) { return LayoutDict(self.layout()); },
           "{signal: slice} of a row of the log.")
@@ -99,15 +112,26 @@ void BindLoop(py::module_& m) {
   m.def(
       "_make_arm_engine",
       [](const Scenario& scenario, const ArmModelParams<7>& arm,
-         const py::object& q_start, double duration) {
+         const py::object& q_start, double duration,
+         const std::optional<double>& rest) {
         return MakeArmEngine(scenario, arm,
-                             AsFixed<Vector7>(q_start, "q_start"), duration);
+                             AsFixed<Vector7>(q_start, "q_start"), duration,
+                             MakeWatch(scenario, duration, rest));
       },
       py::arg("scenario"), py::arg("arm"), py::arg("q_start"),
-      py::arg("duration"), "An engine for a scenario with an arm.");
+      py::arg("duration"), py::arg("rest") = py::none(),
+      "An engine for a scenario with an arm; with `rest`, s, the run is "
+      "watched, that long before its end to be at rest, and not logged.");
   BindEngine<PointRobot>(m, "_PointMassEngine");
-  m.def("_make_point_mass_engine", &MakePointMassEngine, py::arg("scenario"),
-        py::arg("duration"), "An engine for a scenario with a point mass.");
+  m.def(
+      "_make_point_mass_engine",
+      [](const Scenario& scenario, double duration,
+         const std::optional<double>& rest) {
+        return MakePointMassEngine(scenario, duration,
+                                   MakeWatch(scenario, duration, rest));
+      },
+      py::arg("scenario"), py::arg("duration"), py::arg("rest") = py::none(),
+      "Likewise for a scenario with a point mass.");
 }
 
 }  // namespace dual_proxy

@@ -84,10 +84,12 @@ void BindDrakeScene(py::module_& m) {
 }
 
 void BindLinkAndOperator(py::module_& m) {
+  BindParams<ClockParams>(m, "ClockParams", "A clock that is wrong.").Fields();
+
   using L = LinkParams;
   BindParams<L>(m, "LinkParams",
                 "Both directions of the link alike; in a scenario the keys of "
-                "all three stand directly in `link`.")
+                "all of them stand directly in `link`.")
       .Fields();
 
   using W = Waypoint;
@@ -100,6 +102,13 @@ void BindLinkAndOperator(py::module_& m) {
 }
 
 void BindScenario(py::module_& m) {
+  BindParams<InputFault>(m, "InputFault",
+                         "An input of the loop that is wrong for a while.")
+      .Fields();
+  BindParams<ArmMismatchParams>(
+      m, "ArmMismatchParams",
+      "What a simulated arm is that its controllers do not know of.")
+      .Fields();
   BindParams<Claim>(m, "Claim",
                     "What is said of a scene, by the paper or as an aim of "
                     "this project, as a range for one of a run's metrics.")
@@ -189,6 +198,9 @@ void BindScenario(py::module_& m) {
           "has_angular_filter", &S::has_angular_filter,
           "Whether the angular filter runs: it is enabled, and the scheme has "
           "it.")
+      .def("_check_for_drake", &S::CheckForDrake, py::arg("fused"),
+           "Raises ScenarioError if there is something that a Drake diagram "
+           "has not; fused: whether the loop is one system.")
       .def("run_duration", &S::CalcRunDuration,
            "How long a run lasts, s; see `extend_for_delay`. Raises "
            "ScenarioError if a recording\ncannot be read.")

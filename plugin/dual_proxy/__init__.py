@@ -15,10 +15,12 @@ from typing import TYPE_CHECKING
 
 from dual_proxy._core import (
     AngularFilterParams,
+    ArmMismatchParams,
     ArmModel,
     ArmModelParams,
     CartesianImpedanceParams,
     Claim,
+    ClockParams,
     ClutchParams,
     CommunicationChannel,
     CommunicationChannelParams,
@@ -67,6 +69,7 @@ from dual_proxy._core import (
     HapticSideProxyState,
     HapticSideState,
     HomingParams,
+    InputFault,
     JointLimits,
     JointLimitsParams,
     LinkMonitor,
@@ -163,10 +166,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AngularFilterParams",
+    "ArmMismatchParams",
     "ArmModel",
     "ArmModelParams",
     "CartesianImpedanceParams",
     "Claim",
+    "ClockParams",
     "ClutchParams",
     "CommunicationChannel",
     "CommunicationChannelParams",
@@ -215,6 +220,7 @@ __all__ = [
     "HapticSideProxyState",
     "HapticSideState",
     "HomingParams",
+    "InputFault",
     "JointLimits",
     "JointLimitsParams",
     "LinkMonitor",

@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GuidanceParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GuidanceParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -784,7 +784,7 @@ class TrajectoryLimiterParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'max_velocity': "m/s, > 0: per axis; the paper's 0.2, default 0.2", 'max_acceleration': "m/s^2, > 0: per axis; the paper's 10, default 10", 'max_angular_velocity': 'rad/s, > 0: per axis, default 1', 'max_angular_acceleration': 'rad/s^2, > 0: per axis, default 20', 'period': 's, > 0: between updates, default 0.001'}
+    fields: typing.ClassVar[dict] = {'max_velocity': "m/s, > 0: per axis; the paper's 0.2, default 0.2", 'max_acceleration': "m/s^2, > 0: per axis; the paper's 10, default 10", 'max_angular_velocity': 'rad/s, > 0: per axis, default 1', 'max_angular_acceleration': 'rad/s^2, > 0: per axis, default 20', 'max_jerk': 'm/s^3, >= 0: per axis; 0 is none, as in the paper: the acceleration steps, and with it the torques that it asks for, default 0', 'max_angular_jerk': 'rad/s^3, >= 0: per axis; 0 is none, default 0', 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> TrajectoryLimiterParams:
         ...
     def __deepcopy__(self, memo: dict) -> TrajectoryLimiterParams:
@@ -823,12 +823,28 @@ class TrajectoryLimiterParams:
     def max_angular_acceleration(self, arg1: typing.Any) -> None:
         ...
     @property
+    def max_angular_jerk(self) -> float:
+        """
+        rad/s^3, >= 0: per axis; 0 is none, default 0
+        """
+    @max_angular_jerk.setter
+    def max_angular_jerk(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def max_angular_velocity(self) -> float:
         """
         rad/s, > 0: per axis, default 1
         """
     @max_angular_velocity.setter
     def max_angular_velocity(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_jerk(self) -> float:
+        """
+        m/s^3, >= 0: per axis; 0 is none, as in the paper: the acceleration steps, and with it the torques that it asks for, default 0
+        """
+    @max_jerk.setter
+    def max_jerk(self, arg1: typing.Any) -> None:
         ...
     @property
     def max_velocity(self) -> float:
@@ -2248,7 +2264,7 @@ class ForceTorqueAdapterParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
+    fields: typing.ClassVar[dict] = {'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'max_force': 'N, > 0: that the sensor measures, per axis: a sample beyond it is none, and refused like one that is not finite, default 500', 'max_moment': 'N m, > 0: likewise, default 50', 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
     def __copy__(self) -> ForceTorqueAdapterParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceTorqueAdapterParams:
@@ -2285,6 +2301,22 @@ class ForceTorqueAdapterParams:
         """
     @gravity.setter
     def gravity(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_force(self) -> float:
+        """
+        N, > 0: that the sensor measures, per axis: a sample beyond it is none, and refused like one that is not finite, default 500
+        """
+    @max_force.setter
+    def max_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_moment(self) -> float:
+        """
+        N m, > 0: likewise, default 50
+        """
+    @max_moment.setter
+    def max_moment(self, arg1: typing.Any) -> None:
         ...
     @property
     def period(self) -> float:
@@ -3907,7 +3939,7 @@ class OperatorPathParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'times': '(n,), s, strictly increasing, n >= 1', 'points': '(3, n), m, one column per time, in B for the tool or D for the handle', 'interpolation': '"minimum_jerk", "linear" or "cubic" (recorded motion)', 'rotations': '(3, n), rad, rotation vectors from the start, in the frame of `points`; or (3, 0): no rotation', 'clutch': '[start, end] each, s: the operator presses the clutch', 'force_scale': '[time, scale] each, s: what the operator asks for from then on'}
+    fields: typing.ClassVar[dict] = {'times': '(n,), s, strictly increasing, n >= 1', 'points': '(3, n), m, one column per time, in B for the tool or D for the handle', 'interpolation': '"minimum_jerk", "linear" or "cubic" (recorded motion)', 'rotations': '(3, n), rad, rotation vectors from the start, in the frame of `points`; or (3, 0): no rotation', 'clutch': '[start, end] each, s: the operator presses the clutch', 'home': '[start, end] each, s: the operator asks for the way home and gives way to it', 'force_scale': '[time, scale] each, s: what the operator asks for from then on'}
     def __copy__(self) -> OperatorPathParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperatorPathParams:
@@ -3944,6 +3976,14 @@ class OperatorPathParams:
         """
     @force_scale.setter
     def force_scale(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def home(self) -> tuple:
+        """
+        [start, end] each, s: the operator asks for the way home and gives way to it
+        """
+    @home.setter
+    def home(self, arg1: typing.Any) -> None:
         ...
     @property
     def interpolation(self) -> str:
@@ -4200,7 +4240,7 @@ class ForceTorqueSensorParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'force_noise_std': 'N, >= 0: standard deviation of white noise per axis and sample, default 0.2', 'moment_noise_std': 'N m, >= 0: likewise of moments, default 0.005', 'force_bias': '(3,), N: in S: constant error, default 0', 'moment_bias': '(3,), N m: in S: constant error, default 0', 'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
+    fields: typing.ClassVar[dict] = {'force_noise_std': 'N, >= 0: standard deviation of white noise per axis and sample, default 0.2', 'moment_noise_std': 'N m, >= 0: likewise of moments, default 0.005', 'force_bias': '(3,), N: in S: constant error, default 0', 'moment_bias': '(3,), N m: in S: constant error, default 0', 'force_drift': '(3,), N/s: in S: by which force_bias goes on, default 0', 'force_step': 'N, >= 0: between the values that the sensor can give, default 0', 'moment_step': 'N m, >= 0: likewise of moments, default 0', 'dropout': 'in [0, 1]: share of samples that do not come: the last one stands, default 0', 'spike_rate': '1/s, in [0, 100]: of spikes, each one sample long, default 0', 'spike_force': 'N, >= 0: size of a spike, in any direction, default 20', 'delay': 's, in [0, 0.1]: before a sample comes, in whole periods, default 0', 'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'max_force': 'N, > 0: that the sensor measures, per axis: a sample beyond it is none, and refused like one that is not finite, default 500', 'max_moment': 'N m, > 0: likewise, default 50', 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
     def __copy__(self) -> ForceTorqueSensorParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceTorqueSensorParams:
@@ -4231,12 +4271,36 @@ class ForceTorqueSensorParams:
     def cutoff(self, arg1: typing.Any) -> None:
         ...
     @property
+    def delay(self) -> float:
+        """
+        s, in [0, 0.1]: before a sample comes, in whole periods, default 0
+        """
+    @delay.setter
+    def delay(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def dropout(self) -> float:
+        """
+        in [0, 1]: share of samples that do not come: the last one stands, default 0
+        """
+    @dropout.setter
+    def dropout(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def force_bias(self) -> numpy.typing.NDArray[numpy.float64]:
         """
         (3,), N: in S: constant error, default 0
         """
     @force_bias.setter
     def force_bias(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_drift(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), N/s: in S: by which force_bias goes on, default 0
+        """
+    @force_drift.setter
+    def force_drift(self, arg1: typing.Any) -> None:
         ...
     @property
     def force_noise_std(self) -> float:
@@ -4247,12 +4311,36 @@ class ForceTorqueSensorParams:
     def force_noise_std(self, arg1: typing.Any) -> None:
         ...
     @property
+    def force_step(self) -> float:
+        """
+        N, >= 0: between the values that the sensor can give, default 0
+        """
+    @force_step.setter
+    def force_step(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def gravity(self) -> float:
         """
         m/s^2, >= 0: along -z of B, default 9.81
         """
     @gravity.setter
     def gravity(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_force(self) -> float:
+        """
+        N, > 0: that the sensor measures, per axis: a sample beyond it is none, and refused like one that is not finite, default 500
+        """
+    @max_force.setter
+    def max_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_moment(self) -> float:
+        """
+        N m, > 0: likewise, default 50
+        """
+    @max_moment.setter
+    def max_moment(self, arg1: typing.Any) -> None:
         ...
     @property
     def moment_bias(self) -> numpy.typing.NDArray[numpy.float64]:
@@ -4271,12 +4359,36 @@ class ForceTorqueSensorParams:
     def moment_noise_std(self, arg1: typing.Any) -> None:
         ...
     @property
+    def moment_step(self) -> float:
+        """
+        N m, >= 0: likewise of moments, default 0
+        """
+    @moment_step.setter
+    def moment_step(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def period(self) -> float:
         """
         s, > 0: between samples, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def spike_force(self) -> float:
+        """
+        N, >= 0: size of a spike, in any direction, default 20
+        """
+    @spike_force.setter
+    def spike_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def spike_rate(self) -> float:
+        """
+        1/s, in [0, 100]: of spikes, each one sample long, default 0
+        """
+    @spike_rate.setter
+    def spike_rate(self, arg1: typing.Any) -> None:
         ...
     @property
     def tare(self) -> bool:
@@ -7153,13 +7265,57 @@ class _DrakeSurface:
     @property
     def size(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         ...
-class LinkParams:
+class ClockParams:
     """
-    Both directions of the link alike; in a scenario the keys of all three stand directly in `link`.
+    A clock that is wrong.
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'sender': 'PoseSenderParams: of messages', 'channel': 'CommunicationChannelParams: that carries them', 'monitor': 'LinkMonitorParams: of those that arrive'}
+    fields: typing.ClassVar[dict] = {'clock_offset': "s, in [-10, 10]: of the device's clock at time 0, ahead of the robot's, default 0", 'clock_drift': 'in [-0.01, 0.01]: by how much it goes too fast, in seconds per second, default 0'}
+    def __copy__(self) -> ClockParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> ClockParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def clock_drift(self) -> float:
+        """
+        in [-0.01, 0.01]: by how much it goes too fast, in seconds per second, default 0
+        """
+    @clock_drift.setter
+    def clock_drift(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def clock_offset(self) -> float:
+        """
+        s, in [-10, 10]: of the device's clock at time 0, ahead of the robot's, default 0
+        """
+    @clock_offset.setter
+    def clock_offset(self, arg1: typing.Any) -> None:
+        ...
+class LinkParams:
+    """
+    Both directions of the link alike; in a scenario the keys of all of them stand directly in `link`.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'sender': 'PoseSenderParams: of messages', 'channel': 'CommunicationChannelParams: that carries them', 'monitor': 'LinkMonitorParams: of those that arrive', 'clock': "ClockParams: of the device's side"}
     def __copy__(self) -> LinkParams:
         ...
     def __deepcopy__(self, memo: dict) -> LinkParams:
@@ -7196,6 +7352,30 @@ class LinkParams:
         """
     @channel.setter
     def channel(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def clock(self) -> ClockParams:
+        """
+        ClockParams: of the device's side
+        """
+    @clock.setter
+    def clock(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def clock_drift(self) -> float:
+        """
+        in [-0.01, 0.01]: by how much it goes too fast, in seconds per second, default 0
+        """
+    @clock_drift.setter
+    def clock_drift(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def clock_offset(self) -> float:
+        """
+        s, in [-10, 10]: of the device's clock at time 0, ahead of the robot's, default 0
+        """
+    @clock_offset.setter
+    def clock_offset(self, arg1: typing.Any) -> None:
         ...
     @property
     def delay(self) -> float:
@@ -7351,7 +7531,7 @@ class OperatorParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'waypoints': 'list of Waypoint: minimum-jerk moves from each to the next; the first at time 0', 'recording': "CSV file of a human motion, in place of the waypoints (see dual_proxy.recording); in a scenario's file relative to that, else to the working directory; ~ is the home directory", 'recording_units': 'one of "m", "cm", "mm": of the positions in it, default "m"', 'recording_scale': 'in (0, 1000]: by which its lengths are multiplied, default 1', 'press_depth': "m, in [0, 0.1]: how far below first touch a recording's contact height goes, default 0.04", 'clutch': 'list of : [start, end] each, s: the clutch is pressed; the hand goes on along its path, the robot from then on beside it', 'force_scale': 'list of : [time, scale] each, s: by which the hand has its force multiplied from then on'}
+    fields: typing.ClassVar[dict] = {'waypoints': 'list of Waypoint: minimum-jerk moves from each to the next; the first at time 0', 'recording': "CSV file of a human motion, in place of the waypoints (see dual_proxy.recording); in a scenario's file relative to that, else to the working directory; ~ is the home directory", 'recording_units': 'one of "m", "cm", "mm": of the positions in it, default "m"', 'recording_scale': 'in (0, 1000]: by which its lengths are multiplied, default 1', 'press_depth': "m, in [0, 0.1]: how far below first touch a recording's contact height goes, default 0.04", 'clutch': 'list of : [start, end] each, s: the clutch is pressed; the hand goes on along its path, the robot from then on beside it', 'home': 'list of : [start, end] each, s: the handle is led home and held there, the hand gives way and then goes on along its path from there; the robot waits', 'force_scale': 'list of : [time, scale] each, s: by which the hand has its force multiplied from then on'}
     def __copy__(self) -> OperatorParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperatorParams:
@@ -7388,6 +7568,14 @@ class OperatorParams:
         """
     @force_scale.setter
     def force_scale(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def home(self) -> tuple:
+        """
+        list of : [start, end] each, s: the handle is led home and held there, the hand gives way and then goes on along its path from there; the robot waits
+        """
+    @home.setter
+    def home(self, arg1: typing.Any) -> None:
         ...
     @property
     def press_depth(self) -> float:
@@ -7428,6 +7616,142 @@ class OperatorParams:
         """
     @waypoints.setter
     def waypoints(self, arg1: typing.Any) -> None:
+        ...
+class InputFault:
+    """
+    An input of the loop that is wrong for a while.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'input': 'one of "robot_position", "robot_velocity", "sensor", "device_pose", "device_velocity", "message_to_robot", "message_to_device", "selections": of the loop, default "sensor"', 'kind': 'one of "nan", "infinite", "huge", "denormal", "frozen", "flipping", "tilted": of all its numbers: what they are instead; flipping and tilted are for selections, a table\'s direction in every other period and 45 deg off, default "nan"', 'start': 's, >= 0: of the fault, default 0', 'end': 's, >= 0: later than that, default 0'}
+    def __copy__(self) -> InputFault:
+        ...
+    def __deepcopy__(self, memo: dict) -> InputFault:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def end(self) -> float:
+        """
+        s, >= 0: later than that, default 0
+        """
+    @end.setter
+    def end(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def input(self) -> str:
+        """
+        one of "robot_position", "robot_velocity", "sensor", "device_pose", "device_velocity", "message_to_robot", "message_to_device", "selections": of the loop, default "sensor"
+        """
+    @input.setter
+    def input(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def kind(self) -> str:
+        """
+        one of "nan", "infinite", "huge", "denormal", "frozen", "flipping", "tilted": of all its numbers: what they are instead; flipping and tilted are for selections, a table's direction in every other period and 45 deg off, default "nan"
+        """
+    @kind.setter
+    def kind(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def start(self) -> float:
+        """
+        s, >= 0: of the fault, default 0
+        """
+    @start.setter
+    def start(self, arg1: typing.Any) -> None:
+        ...
+class ArmMismatchParams:
+    """
+    What a simulated arm is that its controllers do not know of.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'mass_scale': 'in [0.5, 2]: by which masses and inertias of all links but the tool are multiplied, default 1', 'payload': 'kg, in [0, 3]: a point at the tool point, which the wrist sensor carries, default 0', 'tool_offset': '(3,), m, in [-0.1, 0.1]: in E: from the tool point to where the tool ends, default 0', 'joint_friction': "N m, in [0, 10]: Coulomb's in each joint, default 0", 'torque_step': 'N m, in [0, 1]: between the torques that the joints can give, default 0', 'torque_delay': 'periods, in [0, 4]: before a torque acts, default 0'}
+    def __copy__(self) -> ArmMismatchParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> ArmMismatchParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def joint_friction(self) -> float:
+        """
+        N m, in [0, 10]: Coulomb's in each joint, default 0
+        """
+    @joint_friction.setter
+    def joint_friction(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def mass_scale(self) -> float:
+        """
+        in [0.5, 2]: by which masses and inertias of all links but the tool are multiplied, default 1
+        """
+    @mass_scale.setter
+    def mass_scale(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def payload(self) -> float:
+        """
+        kg, in [0, 3]: a point at the tool point, which the wrist sensor carries, default 0
+        """
+    @payload.setter
+    def payload(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tool_offset(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m, in [-0.1, 0.1]: in E: from the tool point to where the tool ends, default 0
+        """
+    @tool_offset.setter
+    def tool_offset(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def torque_delay(self) -> int:
+        """
+        periods, in [0, 4]: before a torque acts, default 0
+        """
+    @torque_delay.setter
+    def torque_delay(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def torque_step(self) -> float:
+        """
+        N m, in [0, 1]: between the torques that the joints can give, default 0
+        """
+    @torque_step.setter
+    def torque_step(self, arg1: typing.Any) -> None:
         ...
 class Claim:
     """
@@ -7537,7 +7861,7 @@ class Scenario:
     SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force', 'position_position', 'four_channel', 'tdpa', 'wave_variables', 'model_mediated')
     __hash__: typing.ClassVar[None] = None
     _fields: typing.ClassVar[list]
-    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda", "point_mass": what the tool is on; a point has no Drake plant, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "SceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of an arm', 'point_controller': 'PointControllerParams: of a point mass', 'point_mass': 'PointRobotParams: the robot that is one', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'planner': 'LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'operator_aids': "OperatorAidsParams: of the device's side; a schedule of the operator's turns their buttons on", 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do', 'claims': 'list of Claim: what is said of it; no run needs them'}
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda", "point_mass": what the tool is on; a point has no Drake plant, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "SceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of an arm', 'point_controller': 'PointControllerParams: of a point mass', 'point_mass': 'PointRobotParams: the robot that is one', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'planner': 'LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'operator_aids': "OperatorAidsParams: of the device's side; a schedule of the operator's turns their buttons on", 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do', 'mismatch': 'ArmMismatchParams: what the arm of engine bare is that its controllers do not know of', 'faults': 'list of InputFault: inputs of the loop that are wrong for a while', 'claims': 'list of Claim: what is said of it; no run needs them'}
     def __copy__(self) -> Scenario:
         ...
     def __deepcopy__(self, memo: dict) -> Scenario:
@@ -7565,6 +7889,10 @@ class Scenario:
         whether it is densely sampled; rotation vectors from map.R_cw, (n, 3), rad, in B, or (0, 3)
         for none; of a recording, lengths in it per length recorded, else 1, and a line about it,
         else "". Raises ScenarioError if a recording cannot be read.
+        """
+    def _check_for_drake(self, fused: bool) -> None:
+        """
+        Raises ScenarioError if there is something that a Drake diagram has not; fused: whether the loop is one system.
         """
     def _read(self, mapping: dict) -> None:
         """
@@ -7677,6 +8005,14 @@ class Scenario:
     def extend_for_delay(self, arg1: typing.Any) -> None:
         ...
     @property
+    def faults(self) -> tuple:
+        """
+        list of InputFault: inputs of the loop that are wrong for a while
+        """
+    @faults.setter
+    def faults(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def filter(self) -> ForceSpaceParticleFilterParams:
         """
         ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md
@@ -7728,6 +8064,14 @@ class Scenario:
         """
     @map.setter
     def map(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def mismatch(self) -> ArmMismatchParams:
+        """
+        ArmMismatchParams: what the arm of engine bare is that its controllers do not know of
+        """
+    @mismatch.setter
+    def mismatch(self, arg1: typing.Any) -> None:
         ...
     @property
     def name(self) -> str:
@@ -7846,6 +8190,10 @@ class _ArmEngine:
         """
         Runs up to `time`, s, and logs every control period.
         """
+    def watched(self) -> list:
+        """
+        What was watched so far: [(name, unit, value, time, most, detail)]; see experiment/run_watch.h.
+        """
     @property
     def layout(self) -> dict:
         """
@@ -7863,6 +8211,10 @@ class _PointMassEngine:
     def advance_to(self, time: typing.SupportsFloat | typing.SupportsIndex) -> None:
         """
         Runs up to `time`, s, and logs every control period.
+        """
+    def watched(self) -> list:
+        """
+        What was watched so far: [(name, unit, value, time, most, detail)]; see experiment/run_watch.h.
         """
     @property
     def layout(self) -> dict:
@@ -8443,9 +8795,9 @@ def _make_TeleopLoop(arg0: Scenario, arg1: ArmModelParams, arg2: typing.Supports
     ...
 def _make_WindowMean(arg0: typing.SupportsFloat | typing.SupportsIndex, arg1: typing.SupportsFloat | typing.SupportsIndex) -> _Block:
     ...
-def _make_arm_engine(scenario: Scenario, arm: ArmModelParams, q_start: typing.Any, duration: typing.SupportsFloat | typing.SupportsIndex) -> _ArmEngine:
+def _make_arm_engine(scenario: Scenario, arm: ArmModelParams, q_start: typing.Any, duration: typing.SupportsFloat | typing.SupportsIndex, rest: typing.SupportsFloat | typing.SupportsIndex | None = None) -> _ArmEngine:
     """
-    An engine for a scenario with an arm.
+    An engine for a scenario with an arm; with `rest`, s, the run is watched, that long before its end to be at rest, and not logged.
     """
 def _make_drake_scene(params: SceneParams) -> tuple[_DrakeMaterial, list[_DrakeSurface]]:
     """
@@ -8457,9 +8809,9 @@ def _make_picture(params: SceneParams) -> list[_DrakeSurface]:
     """
     List of _DrakeSurface: what is to be seen.
     """
-def _make_point_mass_engine(scenario: Scenario, duration: typing.SupportsFloat | typing.SupportsIndex) -> _PointMassEngine:
+def _make_point_mass_engine(scenario: Scenario, duration: typing.SupportsFloat | typing.SupportsIndex, rest: typing.SupportsFloat | typing.SupportsIndex | None = None) -> _PointMassEngine:
     """
-    An engine for a scenario with a point mass.
+    Likewise for a scenario with a point mass.
     """
 def _map_device_positions(map: WorkspaceMapParams, x_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
@@ -8510,6 +8862,10 @@ def _single_contact_truth(force: typing.Any, normal: typing.Any, on_tool: bool) 
     """
     `_ContactTruth.to_vector()` of one contact as Drake gives it: the force on body B and the
     normal from B to A, B being the tool or not.
+    """
+def _watch_log(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], signals: collections.abc.Sequence[tuple[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]]], store: _RunLogStore | None, scenario: Scenario, duration: typing.SupportsFloat | typing.SupportsIndex, rest: typing.SupportsFloat | typing.SupportsIndex) -> list:
+    """
+    [(name, unit, value, time, most, detail)] of a log; see experiment/run_watch.h.
     """
 def calc_operational_space_inertia(jacobian: typing.Any, mass: typing.Any, max_mass: typing.SupportsFloat | typing.SupportsIndex = 50.0, length: typing.SupportsFloat | typing.SupportsIndex = 0.2) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"], bool]:
     """

@@ -27,6 +27,8 @@ class BareStation:
     ----------
     scenario : what to simulate.
     duration : of the run, s; there is no room for more.
+    rest : if given, the run is watched, that long before its end, s, to be at
+        rest, and not logged.
 
     Raises
     ------
@@ -38,17 +40,19 @@ class BareStation:
         If there is no space for the log.
     """
 
-    def __init__(self, scenario: Scenario, duration: float) -> None:
+    def __init__(
+        self, scenario: Scenario, duration: float, rest: float | None = None
+    ) -> None:
         self._engine: Any
         if scenario.robot == "point_mass":
-            self._engine = _core._make_point_mass_engine(scenario, duration)
+            self._engine = _core._make_point_mass_engine(scenario, duration, rest)
             return
         # pydrake is imported only where there is an arm.
         from dual_proxy.station import start_posture
 
         model, q_start = start_posture(scenario)
         self._engine = _core._make_arm_engine(
-            scenario, model.arm_params, q_start, duration
+            scenario, model.arm_params, q_start, duration, rest
         )
 
     def advance_to(self, time: float) -> None:
@@ -63,3 +67,8 @@ class BareStation:
         return make_frame(
             store.time, {name: rows[:, where] for name, where in layout.items()}
         )
+
+    def watched(self) -> list[tuple[Any, ...]]:
+        """Returns what was watched so far; see `dual_proxy.watch`."""
+        result: list[tuple[Any, ...]] = self._engine.watched()
+        return result

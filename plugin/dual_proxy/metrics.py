@@ -137,6 +137,13 @@ def describe_broken_limits(log: pd.DataFrame, scenario: Scenario) -> list[str]:
     )
 
 
+def watch_log(
+    log: pd.DataFrame, scenario: Scenario, duration: float, rest: float
+) -> list[tuple[Any, ...]]:
+    """Watch a run that was logged; see `dual_proxy.watch`."""
+    return _core._watch_log(*_run_log(log), scenario, duration, rest)
+
+
 def metrics_out_of_limits(metrics: Mapping[str, Any]) -> list[str]:
     """Return the keys of the metrics that are not as they should be: out of the
     limits in `METRICS`, not `finite`, or with `limits_broken`."""

@@ -116,11 +116,7 @@ class Station:
             raise ValueError(
                 f"wiring: expected one of {', '.join(WIRINGS)}, got {wiring!r}"
             )
-        if scenario.robot != "panda":
-            raise ScenarioError(
-                f'{scenario.name}.robot: expected "panda" in a Drake diagram, got '
-                f'"{scenario.robot}"'
-            )
+        scenario._check_for_drake(fused=wiring == "fused")
         self.scenario = scenario
         self._builder = DiagramBuilder()
         # Ports that are logged, side by side, and where their signals are.

@@ -6,6 +6,7 @@
 
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/control/arm_model.h"
+#include "dual_proxy/experiment/arm_mismatch.h"
 #include "dual_proxy/experiment/teleop_loop_params.h"
 #include "dual_proxy/loop/loop_signals.h"
 
@@ -133,7 +134,8 @@ template <typename Plant>
 BareEngine<Plant>::BareEngine(const Scenario& scenario,
                               const typename Robot::Model::Params& model,
                               Plant plant, typename Plant::State start,
-                              double duration)
+                              double duration,
+                              const std::optional<RunWatchParams>& watch)
     : loop_(MakeTeleopLoopParams<Robot>(scenario, model)),
       plant_(std::move(plant)),
       path_(CalcHandlePath(scenario)),
@@ -144,9 +146,35 @@ BareEngine<Plant>::BareEngine(const Scenario& scenario,
       layout_(MakeLogLayout(loop_.layout(), rotations_)),
       log_(std::make_shared<RunLogStore>(
           SizeOf(layout_),
-          static_cast<Eigen::Index>(std::ceil(duration / period_)) + 1)),
-      times_(log_->in_memory() ? kBlock : kFileBlock),
-      rows_(SizeOf(layout_), times_.size()) {}
+          watch
+              ? 1
+              : static_cast<Eigen::Index>(std::ceil(duration / period_)) + 1)),
+      times_(log_->in_memory() && !watch ? kBlock : kFileBlock),
+      rows_(SizeOf(layout_), times_.size()),
+      has_faults_(!scenario.faults.empty()) {
+  if (watch) watch_.emplace(*watch);
+}
+
+template <typename Plant>
+void BareEngine<Plant>::PutTruth(Eigen::Ref<Eigen::VectorXd> row) const {
+  const auto put = [&](const char* name, const auto& value) {
+    for (const SignalSlice& signal : layout_) {
+      if (signal.name != name) continue;
+      row.segment(signal.start, signal.size) = value;
+    }
+  };
+  if constexpr (Robot::kRotates) {
+    put("joint_position", plant_state_.q);
+    put("joint_velocity", plant_state_.v);
+    put("robot_position", plant_state_.X_BE.p);
+    put("robot_velocity", plant_state_.v_BE.template head<3>());
+  } else {
+    put("robot_position", plant_state_.position);
+    put("robot_velocity", plant_state_.velocity);
+  }
+  put("device_position", loop_state_.device.pose.p);
+  put("device_velocity", loop_state_.device.velocity);
+}
 
 template <typename Plant>
 void BareEngine<Plant>::AdvanceTo(double end) {
@@ -164,6 +192,7 @@ void BareEngine<Plant>::AdvanceTo(double end) {
     SignalSink sink(&rest);
     VisitContactTruth(MakeTruth(plant_state_), rotations_, &sink);
     VisitHand(path_.Calc(time()).position, &sink);
+    if (watch_ && has_faults_) PutTruth(row);
     if (++num_rows_ == times_.size()) Flush();
   }
   Flush();
@@ -172,6 +201,16 @@ void BareEngine<Plant>::AdvanceTo(double end) {
 template <typename Plant>
 void BareEngine<Plant>::Flush() {
   if (num_rows_ == 0) return;
+  if (watch_) {
+    if (num_rows_ == 1 && num_watched_ > 0) return;
+    watch_->Add(RunLog::FromValues(times_.head(num_rows_), layout_,
+                                   rows_.leftCols(num_rows_).transpose()));
+    num_watched_ += num_rows_;
+    times_(0) = times_(num_rows_ - 1);
+    rows_.col(0) = rows_.col(num_rows_ - 1).eval();
+    num_rows_ = 1;
+    return;
+  }
   log_->Append(times_.head(num_rows_), rows_.leftCols(num_rows_));
   num_rows_ = 0;
 }
@@ -179,24 +218,34 @@ void BareEngine<Plant>::Flush() {
 template class BareEngine<SimulatedArm<7>>;
 template class BareEngine<PointRobot>;
 
-BareEngine<SimulatedArm<7>> MakeArmEngine(const Scenario& scenario,
-                                          const ArmModelParams<7>& arm,
-                                          const Vector7& q_start,
-                                          double duration) {
+BareEngine<SimulatedArm<7>> MakeArmEngine(
+    const Scenario& scenario, const ArmModelParams<7>& arm,
+    const Vector7& q_start, double duration,
+    const std::optional<RunWatchParams>& watch) {
   CheckStart(scenario, arm, q_start);
-  const SimulatedArm<7> plant(MakeSimulatedArmParams(scenario), arm,
+  SimulatedArmParams params = MakeSimulatedArmParams(scenario);
+  ArmModelParams<7> simulated = arm;
+  ApplyMismatch(scenario.mismatch, &simulated, &params);
+  const SimulatedArm<7> plant(params, simulated,
                               MakeContactSceneParams(scenario));
-  return {scenario, arm, plant, plant.MakeState(q_start), duration};
+  return {scenario, arm, plant, plant.MakeState(q_start), duration, watch};
 }
 
-BareEngine<PointRobot> MakePointMassEngine(const Scenario& scenario,
-                                           double duration) {
+BareEngine<PointRobot> MakePointMassEngine(
+    const Scenario& scenario, double duration,
+    const std::optional<RunWatchParams>& watch) {
   const PointRobot plant(scenario.point_mass, MakeContactSceneParams(scenario));
-  return {scenario,
-          {.mass = scenario.point_mass.mass},
-          plant,
-          plant.MakeState(scenario.scene.start_position),
-          duration};
+  return {scenario, {.mass = scenario.point_mass.mass},
+          plant,    plant.MakeState(scenario.scene.start_position),
+          duration, watch};
+}
+
+RunWatchParams MakeRunWatchParams(const Scenario& scenario, double duration,
+                                  double rest_time) {
+  return {.device_force = scenario.haptic_controller.max_force,
+          .device_moment = scenario.haptic_controller.max_moment,
+          .control_period = scenario.control_period,
+          .rest_start = std::max(0.0, duration - rest_time)};
 }
 
 }  // namespace dual_proxy

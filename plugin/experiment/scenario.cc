@@ -205,6 +205,8 @@ void Scenario::ApplyPresets() {
     angular_filter.filter.period = 1.0 / 15.0;
     robot_proxy.interpolate = false;
     robot_proxy.max_motion_error = 0;
+    robot_proxy.limiter.max_jerk = 0;
+    robot_proxy.limiter.max_angular_jerk = 0;
     robot_proxy.recovery_speed = robot_proxy.limiter.max_velocity;
     haptic_proxy.unilateral = false;
     haptic_controller.selection_blend_time = 0;
@@ -268,6 +270,28 @@ void Scenario::Validate() {
   Distribute();
   CheckFields();
   CheckAcross();
+}
+
+void Scenario::CheckForDrake(bool fused) const {
+  const auto refuse = [this](const char* key, const char* expected,
+                             const char* why) {
+    throw ScenarioError(
+        Join(name, ".", key, ": expected ", expected, " ", why));
+  };
+  if (robot != RobotKind::kPanda) {
+    refuse("robot", "\"panda\"", "in a Drake diagram, got \"point_mass\"");
+  }
+  if (!mismatch.is_none()) {
+    refuse("mismatch", "none", "in a Drake diagram (engine bare has it)");
+  }
+  if (fused) return;
+  if (!faults.empty()) {
+    refuse("faults", "none", "where the loop is not one system");
+  }
+  if (link.clock.offset != 0 || link.clock.drift != 0) {
+    refuse("link.clock_offset, clock_drift", "0",
+           "where the loop is not one system");
+  }
 }
 
 void Scenario::CheckFields() {
@@ -344,6 +368,7 @@ void Scenario::CheckPointMass() const {
                              " with robot point_mass"));
   };
   if (angular_filter.enabled) refuse("angular_filter.enabled", "false");
+  if (!mismatch.is_none()) refuse("mismatch", "none");
   if (scene.tool != Tool::kSphere) refuse("scene.tool", "\"sphere\"");
   if (map.R_cw != Eigen::Matrix3d::Identity()) {
     refuse("map.R_cw", "no rotation");

@@ -14,6 +14,7 @@
 #include "dual_proxy/control/haptic_controller.h"
 #include "dual_proxy/control/operational_space_controller.h"
 #include "dual_proxy/control/point_controller.h"
+#include "dual_proxy/experiment/arm_mismatch.h"
 #include "dual_proxy/experiment/claim.h"
 #include "dual_proxy/experiment/derived_keys.h"
 #include "dual_proxy/experiment/recording.h"
@@ -22,6 +23,7 @@
 #include "dual_proxy/link/communication_channel.h"
 #include "dual_proxy/link/link_monitor.h"
 #include "dual_proxy/link/pose_sender.h"
+#include "dual_proxy/loop/teleop_loop.h"
 #include "dual_proxy/perception/contact_perception.h"
 #include "dual_proxy/proxy/haptic_side_proxy.h"
 #include "dual_proxy/proxy/robot_side_proxy.h"
@@ -31,6 +33,7 @@
 #include "dual_proxy/sides/operator_aids.h"
 #include "dual_proxy/simulation/force_torque_sensor.h"
 #include "dual_proxy/simulation/haptic_device.h"
+#include "dual_proxy/simulation/input_faults.h"
 #include "dual_proxy/simulation/operator.h"
 #include "dual_proxy/simulation/point_robot.h"
 
@@ -73,12 +76,13 @@ struct EnumStrings<Stream> {
       {Stream::kAngularFilter, "angular_filter"}};
 };
 
-/** Both directions of the link alike; the keys of all three stand directly in
+/** Both directions of the link alike; the keys of all stand directly in
 `link`. */
 struct LinkParams {
   PoseSenderParams sender;
   CommunicationChannelParams channel;
   LinkMonitorParams monitor;
+  ClockParams clock;
 
   double rate() const { return sender.rate; }     ///< Messages per second, Hz.
   double delay() const { return channel.delay; }  ///< One way, s.
@@ -92,6 +96,7 @@ struct LinkParams {
     VisitEmbedded(a, "sender", &sender, "of messages");
     VisitEmbedded(a, "channel", &channel, "that carries them");
     VisitEmbedded(a, "monitor", &monitor, "of those that arrive");
+    VisitEmbedded(a, "clock", &clock, "of the device's side");
   }
 };
 
@@ -199,6 +204,8 @@ struct Scenario {
   RobotSideProxyParams robot_proxy{[] {
     RobotSideProxyParams params;
     params.catch_up_share = 0.1;
+    params.limiter.max_jerk = 100;
+    params.limiter.max_angular_jerk = 200;
     return params;
   }()};
   OperationalSpaceControllerParams<7> controller{[] {
@@ -240,6 +247,8 @@ struct Scenario {
     return params;
   }()};
   OperatorParams operator_params;  ///< The section `operator`.
+  ArmMismatchParams mismatch;
+  std::vector<InputFault> faults;
   std::vector<Claim> claims;
 
   /** The section `overrides` of a scenario. */
@@ -284,6 +293,10 @@ struct Scenario {
   /** Distributes, and checks every field and the fields against each other.
   @throws ScenarioError for the first that is wrong. */
   void Validate();
+
+  /** @param fused  whether the loop is one system.
+  @throws ScenarioError if there is something that a Drake diagram has not. */
+  void CheckForDrake(bool fused) const;
 
   /** Tells which of some points (columns, m, in B) the device can ask for. They
   lie, mapped to the device, within 95 % of its workspace. The set is convex. */
@@ -359,6 +372,11 @@ struct Scenario {
         Field("device", &device, "what stands for the device and its hand"));
     a->Visit(Field("sensor", &sensor, "between arm and tool"));
     a->Visit(Field("operator", &operator_params, "what the hand means to do"));
+    a->Visit(Field("mismatch", &mismatch,
+                   "what the arm of engine bare is that its controllers do "
+                   "not know of"));
+    a->Visit(Field("faults", &faults,
+                   "inputs of the loop that are wrong for a while"));
     a->Visit(Field("claims", &claims, "what is said of it; no run needs them"));
   }
 

@@ -74,6 +74,8 @@ TeleopLoopParams<Robot> MakeTeleopLoopParams(
                                   : Eigen::Vector3d(Eigen::Vector3d::Zero()),
           .device = scenario.device,
           .path = CalcHandlePath(scenario),
+          .faults = scenario.faults,
+          .clock = scenario.link.clock,
           .seeds = {.filter = scenario.CalcSeed(Stream::kFilter),
                     .angular_filter = scenario.CalcSeed(Stream::kAngularFilter),
                     .sensor = scenario.CalcSeed(Stream::kSensor),

@@ -90,11 +90,6 @@ class StationBuilder {
   void AddRobot() {
     const SceneParams& params = scenario_.scene;
     const bool angular = scenario_.has_angular_filter();
-    if (scenario_.robot != RobotKind::kPanda) {
-      throw ScenarioError(scenario_.name +
-                          ".robot: expected \"panda\" in a Drake diagram, got "
-                          "\"point_mass\"");
-    }
     const PandaModel model(params.tool_mass, params.gravity);
     arm_ = model.arm_params();
     q_start_ = model.SolveInverseKinematics(
@@ -251,6 +246,7 @@ TeleopStation AddTeleopStation(DiagramBuilder<double>* builder,
                                const Scenario& scenario, Wiring wiring) {
   Scenario checked = scenario;
   checked.Validate();
+  checked.CheckForDrake(wiring == Wiring::kFused);
   return StationBuilder(builder, checked).Build(wiring);
 }
 

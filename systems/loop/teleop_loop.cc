@@ -8,6 +8,8 @@
 
 namespace dual_proxy {
 
+void ClockParams::Validate() const { ValidateFields("ClockParams", *this); }
+
 template <typename Robot>
 void TeleopLoopParams<Robot>::Validate() const {
   const char* who = "TeleopLoopParams";
@@ -18,6 +20,8 @@ void TeleopLoopParams<Robot>::Validate() const {
   sensor.Validate();
   device.Validate();
   path.Validate();
+  for (const InputFault& fault : faults) fault.Validate();
+  clock.Validate();
   ThrowUnlessIn(who, "p_SE", p_SE, Finite());
   const double period = robot.controller.period;
   const auto check = [who, period](const char* name, double value) {
@@ -43,7 +47,8 @@ TeleopLoop<Robot>::TeleopLoop(Params params)
       model_(params_.model),
       sensor_(params_.sensor),
       device_(params_.device),
-      path_(params_.path) {
+      path_(params_.path),
+      faults_(params_.faults) {
   layout_ =
       MakeLayout([this](SignalSink* sink) { VisitSignals(MakeState(), sink); });
 }
@@ -89,10 +94,21 @@ void TeleopLoop<Robot>::UpdateRobotSide(double time, const Input& input,
   side.v = input.v;
   side.sensed_wrench = sensor.wrench;
   side.sensor_ready = sensor.ready;
-  model_.Calc(input.q, input.v, &side.X_BE, &side.model);
+  if (faults_.on()) {
+    InputFaultsState* const faults = &state->faults;
+    faults_.Apply(time, FaultyInput::kMessageToRobot, &side.message, faults);
+    faults_.Apply(time, FaultyInput::kRobotPosition, side.q, faults);
+    faults_.Apply(time, FaultyInput::kRobotVelocity, side.v, faults);
+    side.selections = faults_.Select(time, period());
+  }
+  model_.Calc(side.q, side.v, &side.X_BE, &side.model);
   robot_.Update(time, side, &state->robot);
   if (!input.has_reaction) return;
-  sensor_.Update({.measured = input.reaction,
+  Vector6 reaction = input.reaction;
+  if (faults_.on()) {
+    faults_.Apply(time, FaultyInput::kSensor, reaction, &state->faults);
+  }
+  sensor_.Update({.measured = reaction,
                   .X_BE = side.X_BE,
                   .v_BE = state->robot.output.v_BE,
                   .p_SE = params_.p_SE},
@@ -104,15 +120,21 @@ void TeleopLoop<Robot>::UpdateHapticSide(double time,
                                          State* state) const noexcept {
   const Vector6 told = state->haptic.output.device_wrench;
   const OperatorPathSample intended = path_.Calc(time);
-  haptic_.Update(time,
-                 {.message = channel_.Receive(time, state->to_device),
-                  .X_DH = state->device.read_pose,
-                  .device_velocity = state->device.read_velocity,
-                  .handle_force = state->device.handle_force,
-                  .buttons = {.clutch = intended.clutch,
-                              .home = intended.home,
-                              .force_scale = intended.force_scale}},
-                 &state->haptic);
+  HapticSideInput side{.message = channel_.Receive(time, state->to_device),
+                       .X_DH = state->device.read_pose,
+                       .device_velocity = state->device.read_velocity,
+                       .handle_force = state->device.handle_force,
+                       .buttons = {.clutch = intended.clutch,
+                                   .home = intended.home,
+                                   .force_scale = intended.force_scale}};
+  if (faults_.on()) {
+    InputFaultsState* const faults = &state->faults;
+    faults_.Apply(time, FaultyInput::kMessageToDevice, &side.message, faults);
+    faults_.Apply(time, FaultyInput::kDevicePose, &side.X_DH, faults);
+    faults_.Apply(time, FaultyInput::kDeviceVelocity, side.device_velocity,
+                  faults);
+  }
+  haptic_.Update(params_.clock.Read(time), side, &state->haptic);
   device_.Update({.p = intended.position, .R = intended.rotation},
                  intended.velocity, told, &state->device, intended.home);
 }

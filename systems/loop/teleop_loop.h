@@ -6,12 +6,14 @@
 
 #include <Eigen/Core>
 
+#include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/robot.h"
 #include "dual_proxy/link/communication_channel.h"
 #include "dual_proxy/sides/haptic_side.h"
 #include "dual_proxy/sides/robot_side.h"
 #include "dual_proxy/simulation/force_torque_sensor.h"
 #include "dual_proxy/simulation/haptic_device.h"
+#include "dual_proxy/simulation/input_faults.h"
 #include "dual_proxy/simulation/operator.h"
 
 namespace dual_proxy {
@@ -23,6 +25,27 @@ struct TeleopLoopSeeds {
   std::uint64_t sensor{2};
   std::uint64_t to_robot{3};
   std::uint64_t to_device{4};
+};
+
+/** A clock that is wrong. */
+struct ClockParams {
+  double offset{0};
+  double drift{0};
+
+  /** @throws std::invalid_argument naming the field, its range and value. */
+  void Validate() const;
+
+  /** What it shows at a time, s. */
+  double Read(double time) const { return time + (offset + drift * time); }
+
+  /** Visits every field by name; see common/serialize.h. */
+  template <typename Archive>
+  void Serialize(Archive* a) {
+    a->Visit(Field("clock_offset", &offset, Between(-10, 10), "s",
+                   "of the device's clock at time 0, ahead of the robot's"));
+    a->Visit(Field("clock_drift", &drift, Between(-0.01, 0.01), "",
+                   "by how much it goes too fast, in seconds per second"));
+  }
 };
 
 /** Parameters of TeleopLoop. All control periods must be the same. */
@@ -37,6 +60,8 @@ struct TeleopLoopParams {
   Eigen::Vector3d p_SE{Eigen::Vector3d::Zero()};
   SimulatedHapticDeviceParams device;
   OperatorPathParams path;  ///< Of the handle, in D.
+  std::vector<InputFault> faults{};
+  ClockParams clock;  ///< Of the haptic side, against the robot's.
   TeleopLoopSeeds seeds;
 
   /** @throws std::invalid_argument naming field, range and value. */
@@ -65,6 +90,7 @@ struct TeleopLoopState {
   SimulatedHapticDeviceState device;
   CommunicationChannelState to_robot;
   CommunicationChannelState to_device;
+  InputFaultsState faults{};
   std::int64_t next_look{0};  ///< Of the channels, in messages from time 0.
   bool stepped{false};        ///< Whether there was a period.
 
@@ -135,6 +161,7 @@ class TeleopLoop {
   ForceTorqueSensor sensor_;
   SimulatedHapticDevice device_;
   OperatorPath path_;
+  InputFaults faults_;
   std::vector<SignalSlice> layout_;
 };
 

@@ -40,6 +40,10 @@ void SimulatedArmParams::Validate() const {
   ThrowUnlessIn(kWho, "tool_mass", tool_mass, AtLeast(0));
   ThrowUnlessIn(kWho, "tool_com", tool_com, Finite());
   ThrowUnlessInertia(kWho, "tool_inertia", tool_inertia);
+  ThrowUnlessIn(kWho, "joint_friction", joint_friction, AtLeast(0));
+  ThrowUnlessIn(kWho, "torque_step", torque_step, AtLeast(0));
+  ThrowUnlessIn(kWho, "torque_delay", torque_delay,
+                Between(0, kMaxTorqueDelay));
 }
 
 template <int kJoints>
@@ -78,8 +82,25 @@ void SimulatedArm<kJoints>::Update(const Joints& torque,
                                    State* state) const noexcept {
   const bool is_good = torque.allFinite();
   if (!is_good) ++state->bad_inputs;
-  const Joints applied = is_good ? torque : Joints::Zero();
+  const Joints applied = TakeTorque(is_good ? torque : Joints::Zero(), state);
   for (int i = 0; i < num_steps_; ++i) Step(applied, state);
+}
+
+template <int kJoints>
+JointVector<kJoints> SimulatedArm<kJoints>::TakeTorque(
+    const Joints& torque, State* state) const noexcept {
+  Joints result = torque;
+  if (params_.torque_step > 0) {
+    result = params_.torque_step *
+             (torque / params_.torque_step).array().round().matrix();
+  }
+  if (params_.torque_delay > 0) {
+    if (state->periods == 0) state->late.colwise() = result;
+    auto oldest = state->late.col(state->periods % params_.torque_delay);
+    result.swap(oldest);
+  }
+  ++state->periods;
+  return result;
 }
 
 template <int kJoints>
@@ -92,8 +113,17 @@ template <int kJoints>
 void SimulatedArm<kJoints>::Step(const Joints& torque,
                                  State* state) const noexcept {
   const ModelTerms<kJoints>& terms = state->terms;
-  const Eigen::LLT<JointMatrix<kJoints>> mass(terms.mass);
-  Joints v = state->v + step_ * mass.solve(torque + terms.gravity - terms.bias);
+  JointMatrix<kJoints> inertia = terms.mass;
+  Joints drive = torque + terms.gravity - terms.bias;
+  if (params_.joint_friction > 0) {
+    // Linear in the velocity after the step, and so never too much.
+    const Joints damping =
+        params_.joint_friction / (state->v.array().abs() + kCreep);
+    inertia.diagonal() += step_ * damping;
+    drive -= damping.cwiseProduct(state->v);
+  }
+  const Eigen::LLT<JointMatrix<kJoints>> mass(inertia);
+  Joints v = state->v + step_ * mass.solve(drive);
   Vector6 twist = terms.J_BE * v;
 
   Contacts contacts;

@@ -21,6 +21,7 @@ namespace dual_proxy {
 E's. */
 struct SimulatedArmParams {
   static constexpr int kMaxBalls = 4;
+  static constexpr int kMaxTorqueDelay = 4;
 
   /** s, > 0: control period, over which the torque is held. */
   double period{0.001};
@@ -40,6 +41,13 @@ struct SimulatedArmParams {
   /** kg m^2, of that mass about its centre, along the axes of S: as an inertia
   of ArmModelParams. */
   Eigen::Matrix3d tool_inertia{Eigen::Matrix3d::Zero()};
+  /** N m, >= 0: Coulomb's, in each joint. */
+  double joint_friction{0};
+  /** N m, >= 0: between the torques that a joint can give; 0: any. */
+  double torque_step{0};
+  /** Periods before a torque acts, 0 to kMaxTorqueDelay; the first one acts
+  until it does. */
+  int torque_delay{0};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
@@ -64,6 +72,10 @@ struct SimulatedArmState {
   /** N s, in B: in the last step, of each ball on each surface (a column). */
   Eigen::Matrix<double, 3, kMaxPointContacts> impulses{
       Eigen::Matrix<double, 3, kMaxPointContacts>::Zero()};
+  /** N m: those that do not act yet, a ring. */
+  Eigen::Matrix<double, kJoints, SimulatedArmParams::kMaxTorqueDelay> late{
+      decltype(late)::Zero()};
+  std::int64_t periods{0};
 };
 
 /** An arm that torques and gravity move and that touches surfaces with its
@@ -79,7 +91,8 @@ Coulomb's friction: they are stable at any stiffness and step, and stick without
 creeping (ContactSurfaceParams::stiction_speed does not count here). Balls touch
 each surface in one point; where a ball touches two surfaces, it does so in two.
 
-Joint limits and joint friction are not simulated. A torque that is not finite
+Joint friction is regularised: below kCreep, 1 mrad/s, it is viscous. Joint
+limits are not simulated. A torque that is not finite
 is counted and acts as zero. */
 template <int kJoints>
 class SimulatedArm {
@@ -108,12 +121,16 @@ class SimulatedArm {
   void Update(const Joints& torque, State* state) const noexcept;
 
  private:
+  static constexpr double kCreep = 1e-3;  // rad/s
+
   struct Contacts {
     std::array<PointContact, kMaxPointContacts> points;
     /** Of each its column of SimulatedArmState::impulses. */
     std::array<int, kMaxPointContacts> pairs;
   };
 
+  /** What acts in this period of the torques so far. */
+  Joints TakeTorque(const Joints& torque, State* state) const noexcept;
   void Step(const Joints& torque, State* state) const noexcept;
   /** Pose, twist and terms at q and v. */
   void CalcKinematics(State* state) const noexcept;

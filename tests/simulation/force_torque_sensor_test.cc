@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/simulation/force_torque_sensor.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -119,6 +120,64 @@ TEST_F(ForceTorqueSensorTest, NoiseAndBiasAreInTheSensorFrame) {
     EXPECT_NEAR(mean(i), bias(i), 5 * std / std::sqrt(kSamples));
     EXPECT_NEAR(std::sqrt(variance(i)), std, 5 * std / std::sqrt(2 * kSamples));
   }
+}
+
+TEST_F(ForceTorqueSensorTest, ASampleComesADelayLater) {
+  ideal_.tool_mass = 0;
+  ideal_.delay = 0.003;
+  const ForceTorqueSensor dut(ideal_);
+  ForceTorqueSensorState state = dut.MakeState();
+  Vector6d reaction = Vector6d::Zero();
+  for (int i = 0; i < 10; ++i) {
+    reaction(0) = i;
+    dut.Update(Sample(reaction, Matrix3d::Identity(), Vector3d::Zero()),
+               &state);
+    // Until the first has come, it stands for those before.
+    EXPECT_EQ(state.measured(0), std::max(0, i - 3)) << i;
+  }
+}
+
+TEST_F(ForceTorqueSensorTest, StepsAndDriftAreTheSensors) {
+  ideal_.tool_mass = 0;
+  ideal_.force_step = 0.5;
+  ideal_.moment_step = 0.1;
+  ideal_.force_drift = Vector3d(0, 0, 10);  // N/s
+  const ForceTorqueSensor dut(ideal_);
+  ForceTorqueSensorState state = dut.MakeState();
+  Vector6d reaction;
+  reaction << 0.7, -0.7, 0, 0.04, 0.06, 0;
+  for (int i = 0; i <= 100; ++i) {
+    dut.Update(Sample(reaction, Matrix3d::Identity(), Vector3d::Zero()),
+               &state);
+  }
+  Vector6d expected;
+  expected << 0.5, -0.5, 1, 0, 0.1, 0;
+  EXPECT_TRUE(state.measured.isApprox(expected, 1e-12)) << state.measured;
+}
+
+TEST_F(ForceTorqueSensorTest, SamplesDropOutAndSpikesCome) {
+  ideal_.tool_mass = 0;
+  ideal_.dropout = 0.25;
+  ideal_.spike_rate = 20;
+  ideal_.spike_force = 100;
+  const ForceTorqueSensor dut(ideal_);
+  ForceTorqueSensorState state = dut.MakeState(5);
+  Vector6d reaction = Vector6d::Zero();
+  int held = 0;
+  int spikes = 0;
+  constexpr int kSamples = 20000;
+  for (int i = 0; i < kSamples; ++i) {
+    reaction(5) = i;  // A clock, which tells whether the sample came.
+    dut.Update(Sample(reaction, Matrix3d::Identity(), Vector3d::Zero()),
+               &state);
+    held += state.measured(5) != i;
+    if (state.measured(5) != i || state.measured.head<3>().isZero(0)) continue;
+    ++spikes;
+    EXPECT_NEAR(state.measured.head<3>().norm(), 100, 1e-9);
+  }
+  // Five standard deviations.
+  EXPECT_NEAR(held, 5000, 310);
+  EXPECT_NEAR(spikes, 0.75 * 400, 90);
 }
 
 TEST_F(ForceTorqueSensorTest, LowPassStartsAtTheFirstSampleAndSettles) {

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/experiment/run_watch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dual_proxy/common/validate.h"
+#include "dual_proxy/experiment/arm_limit_check.h"
+
+namespace dual_proxy {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using RowMajorMatrix3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+// Most that may be off in projections and quaternions.
+constexpr double kProjectionError = 1e-12;
+constexpr double kRotationError = 1e-9;
+
+// How far a matrix is from a symmetric projection.
+double ProjectionError(const Matrix3d& P) {
+  const double asymmetry = (P - P.transpose()).cwiseAbs().maxCoeff();
+  return std::max(asymmetry, (P * P - P).cwiseAbs().maxCoeff());
+}
+
+}  // namespace
+
+void RunWatchParams::Validate() const {
+  constexpr const char* kWho = "RunWatchParams";
+  ThrowUnlessIn(kWho, "device_force", device_force, AtLeast(0));
+  ThrowUnlessIn(kWho, "device_moment", device_moment, AtLeast(0));
+  ThrowUnlessIn(kWho, "control_period", control_period, Above(0));
+  ThrowUnlessIn(kWho, "rest_start", rest_start, AtLeast(0));
+}
+
+RunWatch::RunWatch(const RunWatchParams& params)
+    : params_((params.Validate(), params)),
+      swings_{{"rest_contact_force", "N", "contact_force"},
+              {"rest_robot_position", "m", "robot_position"},
+              {"rest_device_force", "N", "device_force"},
+              {"rest_device_position", "m", "device_position"}} {}
+
+void RunWatch::Keep(const std::string& name, const std::string& unit,
+                    double value, double time, std::optional<double> most,
+                    const std::string& detail) {
+  const auto found =
+      std::find_if(values_.begin(), values_.end(),
+                   [&name](const auto& kept) { return kept.name == name; });
+  if (found == values_.end()) {
+    values_.push_back({name, unit, value, time, most, detail});
+  } else if (!(value <= found->value)) {  // NaN is worse than all.
+    *found = {name, unit, value, time, most, detail};
+  }
+}
+
+void RunWatch::Add(const RunLog& piece) {
+  if (piece.time.size() == 0) return;
+  const Index first = has_begun_ ? 1 : 0;
+  has_begun_ = true;
+  Index bad_rows = 0;
+  if (!piece.AllFinite()) {
+    for (Index i = first; i < piece.time.size(); ++i) {
+      bad_rows += std::any_of(
+          piece.signals.begin(), piece.signals.end(),
+          [i](const auto& s) { return !s.values.row(i).allFinite(); });
+    }
+  }
+  Keep("rows_not_finite", "", static_cast<double>(bad_rows), piece.time(first),
+       0.0);
+  for (const char* sent :
+       {"torque", "commanded_force", "device_force", "device_moment"}) {
+    if (!piece.Has(sent)) continue;
+    const bool finite = piece.Signal(sent).allFinite();
+    Keep("commands_not_finite", "", finite ? 0 : 1, piece.time(first), 0.0);
+  }
+  AddArm(piece);
+  AddShapes(piece, first);
+  AddEnergy(piece, first);
+  AddRest(piece, first);
+  AddEnd(piece);
+}
+
+void RunWatch::AddArm(const RunLog& piece) {
+  for (const ArmLimitCheck& check :
+       CheckArmLimits(piece, params_.arm, params_.control_period)) {
+    Keep(std::string("over_") + check.limit, "", check.broken ? 1 : 0,
+         piece.time(0), 0.0, check.broken ? check.worst : "");
+  }
+  const auto keep_norm = [&](const char* signal, const char* unit,
+                             double most) {
+    if (!piece.Has(signal)) return;
+    const auto values = piece.Signal<3>(signal);
+    Index row = 0;
+    const double worst = values.rowwise().norm().maxCoeff(&row);
+    Keep(signal, unit, values.allFinite() ? worst : kNaN, piece.time(row),
+         most * (1 + 1e-9));
+  };
+  keep_norm("device_force", "N", params_.device_force);
+  keep_norm("device_moment", "N m", params_.device_moment);
+}
+
+void RunWatch::AddShapes(const RunLog& piece, Index first) {
+  for (const auto& [name, values] : piece.signals) {
+    if (name.ends_with("selection")) {
+      for (Index i = first; i < values.rows(); ++i) {
+        RowMajorMatrix3d P;
+        for (int j = 0; j < 9; ++j) P.data()[j] = values(i, j);
+        Keep("projection_error", "", ProjectionError(P), piece.time(i),
+             kProjectionError);
+      }
+    } else if (name.ends_with("proxy_orientation")) {
+      for (Index i = first; i < values.rows(); ++i) {
+        Keep("rotation_error", "", std::abs(values.row(i).norm() - 1),
+             piece.time(i), kRotationError);
+      }
+    }
+  }
+}
+
+void RunWatch::AddEnergy(const RunLog& piece, Index first) {
+  if (piece.Has("device_force") && piece.Has("device_velocity")) {
+    const auto force = piece.Signal<3>("device_force");
+    const auto velocity = piece.Signal<3>("device_velocity");
+    for (Index i = first; i < force.rows(); ++i) {
+      energy_ += params_.control_period * force.row(i).dot(velocity.row(i));
+      least_energy_ = std::min(least_energy_, energy_);
+      Keep("device_energy", "J", energy_ - least_energy_, piece.time(i));
+    }
+  }
+  if (piece.Has("observed_energy")) {
+    const auto observed = piece.Signal<1>("observed_energy");
+    Index row = 0;
+    const double least = observed.col(0).minCoeff(&row);
+    Keep("force_loop_energy", "J", -least, piece.time(row));
+  }
+}
+
+void RunWatch::AddRest(const RunLog& piece, Index first) {
+  for (Index i = first; i < piece.time.size(); ++i) {
+    const double t = piece.time(i) - params_.rest_start;
+    if (t < 0) continue;
+    for (Swing& swing : swings_) {
+      if (!piece.Has(swing.signal)) continue;
+      const Vector3d value = piece.Signal<3>(swing.signal).row(i).transpose();
+      if (rest_count_ == 0) swing.first = value;
+      const Vector3d change = value - swing.first;
+      swing.sum += change;
+      swing.sum_t += t * change;
+      swing.sum_squares += change.cwiseAbs2();
+    }
+    rest_count_ += 1;
+    rest_t_ += t;
+    rest_tt_ += t * t;
+  }
+}
+
+void RunWatch::AddEnd(const RunLog& piece) {
+  const Index last = piece.time.size() - 1;
+  const auto set = [&](const char* name, const char* unit, double value) {
+    std::erase_if(values_, [name](const auto& v) { return v.name == name; });
+    values_.push_back({name, unit, value, piece.time(last)});
+  };
+  for (const char* status : {"robot_link_status", "haptic_link_status"}) {
+    if (piece.Has(status)) {
+      set(status, "", piece.Signal<1>(status)(last, 0));
+    }
+  }
+  if (piece.Has("motion_error")) {
+    set("motion_error", "m", piece.Signal<3>("motion_error").row(last).norm());
+  }
+}
+
+std::vector<WatchedValue> RunWatch::Summarise() const {
+  std::vector<WatchedValue> result = values_;
+  // Less than this many rows tell nothing about a line.
+  constexpr double kLeast = 10;
+  if (rest_count_ < kLeast) return result;
+  const double n = rest_count_;
+  const double spread = rest_tt_ - rest_t_ * rest_t_ / n;
+  for (const Swing& swing : swings_) {
+    const Vector3d slope = (swing.sum_t - rest_t_ / n * swing.sum) / spread;
+    const Vector3d left = swing.sum_squares - swing.sum.cwiseAbs2() / n -
+                          spread * slope.cwiseAbs2();
+    result.push_back({swing.name, swing.unit,
+                      std::sqrt(std::max(0.0, left.sum()) / n), kNaN});
+  }
+  return result;
+}
+
+}  // namespace dual_proxy

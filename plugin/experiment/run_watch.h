@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "dual_proxy/common/arm_limits.h"
+#include "dual_proxy/experiment/run_log.h"
+
+namespace dual_proxy {
+
+/** What RunWatch needs to know. */
+struct RunWatchParams {
+  ArmLimits<7> arm{};
+  double device_force{12};      ///< N: most that a device may be told.
+  double device_moment{0.5};    ///< N m, likewise.
+  double control_period{1e-3};  ///< s, > 0.
+  double rest_start{0};         ///< s: from then on all should be at rest.
+
+  /** @throws std::invalid_argument naming the field. */
+  void Validate() const;
+};
+
+/** Something that was watched. */
+struct WatchedValue {
+  std::string name;
+  std::string unit;
+  /** The worst, NaN if it could not be told. */
+  double value{0};
+  /** Of the worst, s; NaN of what has no moment. */
+  double time{0};
+  /** Most that it may be, where that does not depend on the run. */
+  std::optional<double> most{};
+  /** "joint 4 speed 2.31 rad/s at 3.214 s (limit 2.175)", of an arm's limits.
+   */
+  std::string detail{};
+};
+
+/** Watches a run, piece by piece, as it is made: nothing of its log needs to be
+kept, and a day can be watched.
+
+In every period: that all is finite; the arm's limits (CheckArmLimits()) and the
+device's; that selections are symmetric projections and rotations unit
+quaternions. Over the run: the most energy that the device has given to the hand
+in any stretch of time, and the least of the force loop's observed energy. From
+`rest_start` on: how much forces and positions swing about a straight line
+(RMS). At the end: both links' status, and how far the tool is from where motion
+control wants it. */
+class RunWatch {
+ public:
+  /** @throws std::invalid_argument if params are not valid. */
+  explicit RunWatch(const RunWatchParams& params);
+
+  /** Takes the next piece of a log.
+  @param piece  begins, but for the first one, with the last row of the one
+    before, for rates. What it does not have is not watched. */
+  void Add(const RunLog& piece);
+
+  /** All so far. */
+  std::vector<WatchedValue> Summarise() const;
+
+ private:
+  /** Sums for the swing of a signal about a straight line. */
+  struct Swing {
+    const char* name;
+    const char* unit;
+    const char* signal;
+    Eigen::Vector3d sum{Eigen::Vector3d::Zero()};
+    Eigen::Vector3d sum_t{Eigen::Vector3d::Zero()};
+    Eigen::Vector3d sum_squares{Eigen::Vector3d::Zero()};
+    /** What the first was: subtracted from all, for the digits. */
+    Eigen::Vector3d first{Eigen::Vector3d::Zero()};
+  };
+
+  void AddArm(const RunLog& piece);
+  void AddShapes(const RunLog& piece, Eigen::Index first);
+  void AddEnergy(const RunLog& piece, Eigen::Index first);
+  void AddRest(const RunLog& piece, Eigen::Index first);
+  void AddEnd(const RunLog& piece);
+  /** Keeps the larger. */
+  void Keep(const std::string& name, const std::string& unit, double value,
+            double time, std::optional<double> most = {},
+            const std::string& detail = {});
+
+  RunWatchParams params_;
+  std::vector<WatchedValue> values_;
+  std::vector<Swing> swings_;
+  double rest_count_{0};
+  double rest_t_{0};   ///< Sum of times since rest_start, s.
+  double rest_tt_{0};  ///< Of their squares, s^2.
+  double energy_{0};   ///< J, that the device has given to the hand.
+  double least_energy_{0};
+  bool has_begun_{false};
+};
+
+}  // namespace dual_proxy
