@@ -207,6 +207,8 @@ def _main(arguments: Sequence[str] | None) -> int:
             return _compare(options)
         if options.command == "reproduce":
             return _reproduce(options)
+        if options.command == "stress":
+            return _stress(options)
         return _run(options)
     except SystemExit as end:  # Of the parser, whose output may not be out yet.
         return end.code if isinstance(end.code, int) else 0
@@ -289,6 +291,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_compare(commands)
     _add_reproduce(commands)
     _add_bench(commands)
+    _add_stress(commands)
     return parser
 
 
@@ -485,6 +488,45 @@ def _bench(options: argparse.Namespace) -> int:
     else:
         module = importlib.import_module(f"dual_proxy.bench.{options.subject}")
         bench_subject(module.SUBJECT, options.quick, options.out, options.page)
+    return 0
+
+
+def _add_stress(commands: Any) -> None:
+    command = commands.add_parser(
+        "stress",
+        help="look for what breaks a scheme: many hard runs, maps of stability",
+        epilog="The same command goes on where it was interrupted.",
+    )
+    add = command.add_argument
+    add("--quick", action="store_true", help="a slice, in seconds, without maps")
+    add("--cases", type=int, metavar="N", help="how many")
+    add("--first", type=int, default=0, metavar="N", help="number of the first one")
+    add("--case", type=int, metavar="N", help="that one alone, and what it needs")
+    add("--page", type=Path, metavar="MD", help="page to be filled")
+    _add_many(command, "out/stress")
+
+
+def _stress(options: argparse.Namespace) -> int:
+    # Here, as it draws: other commands need not wait for that.
+    from dual_proxy.stress.command import FULL, QUICK, explain, stress
+
+    if options.case is not None:
+        print(explain(options.case, options.jobs))
+        return 0
+    plan = QUICK if options.quick else FULL
+    if options.cases is not None:
+        plan = plan._replace(cases=options.cases)
+    out = options.out or Path("out/stress")
+    tables, failures = stress(plan, options.first, out, options.jobs, options.page)
+    for name, table in tables.items():
+        print(f"{name}\n\n{table}\n")
+    print(f"saved: {out / 'stress.json'}")
+    if failures:
+        return _fail(
+            f"{len(failures)} cases failed, the first number "
+            f"{failures[0].case.number}: {failures[0].wrong}",
+            _RUN_FAILED,
+        )
     return 0
 
 

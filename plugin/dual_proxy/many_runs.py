@@ -39,6 +39,7 @@ from dual_proxy.metrics import device_in_robot_frame, normal_error_deg
 from dual_proxy.run import Run, RunError, find_fault, run
 from dual_proxy.run_folder import hold_folder
 from dual_proxy.scenario import Scenario, ScenarioError
+from dual_proxy.watch import watch
 
 __all__ = ["Job", "Result", "RunsFolder", "count_workers", "run_many"]
 
@@ -64,6 +65,9 @@ class Job(NamedTuple):
     """With all that it is changed by."""
     engine: str
     """ "drake" or "bare", see `choose_engine`."""
+    rest: float | None = None
+    """s: if given, the run is watched (`dual_proxy.bare.watch`), that long before
+    its end to be at rest, and in place of metrics there is what was watched."""
 
 
 @dataclass(frozen=True)
@@ -157,16 +161,17 @@ class RunsFolder:
     def save(self, job: Job, key: str, result: Result, series: Series) -> Result:
         """Keep the metrics and the series of a run; return the result with both."""
         file = self._file(job, key)
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, **series)  # type: ignore[arg-type]
-        replace_file(file.with_suffix(".npz"), buffer.getbuffer())
+        if series:
+            buffer = io.BytesIO()
+            np.savez_compressed(buffer, **series)  # type: ignore[arg-type]
+            replace_file(file.with_suffix(".npz"), buffer.getbuffer())
         record = {
             "name": job.name,
             "metrics": result.metrics,
             "failure": result.failure,
             "status": result.status,
             "package": _package(),
-            "scenario": job.scenario.to_mapping(),
+            "scenario": job.scenario.to_mapping() if job.rest is None else None,
         }
         # Last, as it says that the run is there.
         replace_file(file, (json.dumps(record, indent=1) + "\n").encode())
@@ -395,6 +400,8 @@ def _serve(handle: int) -> None:
 def _work(job: Job) -> tuple[Result, Series]:
     """In a process: make a run."""
     try:
+        if job.rest is not None:
+            return Result(watch(job.scenario, job.rest, job.engine)), {}
         result = run(job.scenario, engine=job.engine)
     except (ScenarioError, ImportError) as error:
         return Result(None, _one_line(error), _BAD_INPUT), {}
@@ -442,6 +449,7 @@ def _key(job: Job) -> str:
         scenario.pop(name, None)
     decisive = (
         job.engine,
+        job.rest,
         _package(),
         [(str(path), _digest(path)) for path in _files(job.scenario)],
         scenario,
