@@ -72,12 +72,12 @@ Step BrakeSoftly(const Eigen::Vector3d& velocity,
   }
   using Map = Eigen::Map<const Eigen::Vector3d>;
   // Rounding must not leave an axis a shade over its limit.
-  return {.displacement = Map(p.data()),
-          .velocity = Map(v.data())
-                          .cwiseMin(limits.velocity)
-                          .cwiseMax(-limits.velocity),
-          .acceleration = Map(a.data()),
-          .arrived = false};
+  return {
+      .displacement = Map(p.data()),
+      .velocity =
+          Map(v.data()).cwiseMin(limits.velocity).cwiseMax(-limits.velocity),
+      .acceleration = Map(a.data()),
+      .arrived = false};
 }
 
 Step Brake(const Eigen::Vector3d& velocity, const Eigen::Vector3d& acceleration,
