@@ -104,6 +104,9 @@ struct HapticSetpoint {
   /** F_h, N, and M_h, N m: on the hand. */
   Eigen::Vector3d reference_force{Eigen::Vector3d::Zero()};
   Eigen::Vector3d reference_moment{Eigen::Vector3d::Zero()};
+  /** N: the part of F_h that only takes energy, which no force scale changes.
+   */
+  Eigen::Vector3d injected_force{Eigen::Vector3d::Zero()};
   /** Omega_fh: where the device is damped. */
   Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
   Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};

@@ -75,7 +75,7 @@ void HapticSide::Update(double time, const HapticSideInput& input,
   output.setpoint = half.setpoint;
   Eigen::Vector3d dx = output.X_DH.p - half.proxy_pose.p;
   if (aids_.on()) {
-    aids_.FilterSetpoint(state->aids, &output.setpoint);
+    aids_.FilterSetpoint(&output.setpoint, &state->aids);
     dx *= state->aids.force_gain;
   }
   output.device_wrench =

@@ -18,6 +18,7 @@ struct OperatorAidsParams {
   ClutchParams clutch;
   double max_force_scale{2};
   double force_scale_rate{1};
+  double max_damping{27};
   HomingParams homing;
   WorkspaceWallParams workspace_wall;
   GuidanceParams guidance;
@@ -37,6 +38,9 @@ struct OperatorAidsParams {
                    "loop's gain grows with it"));
     a->Visit(Field("force_scale_rate", &force_scale_rate, Above(0), "1/s",
                    "at which a new force scale takes over"));
+    a->Visit(Field("max_damping", &max_damping, AtLeast(0), "N s/m",
+                   "with which the hand pays for what a change of the force's "
+                   "gain gives it"));
     a->Visit(Field("homing", &homing, "of the handle, before it is engaged"));
     a->Visit(Field("workspace_wall", &workspace_wall,
                    "at the edge of the device's workspace"));
@@ -60,6 +64,19 @@ struct OperatorAidsState {
   double force_scale{1};
   double force_gain{1};  ///< What F_h is multiplied by: scale and engagement.
   Eigen::Vector3d fixture_force{Eigen::Vector3d::Zero()};  ///< N, on the hand.
+
+  /** J: what the hand has put into the scheme and not got back, by the force
+  that the scheme asked for, and by that which acted. */
+  double scheme_energy{0};
+  double hand_energy{0};
+  /** Of the period before: N, both, and of the latter what pays; m, the
+  handle's position from its own home and from the one that the clutch has
+  moved. */
+  Eigen::Vector3d scheme_force{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d hand_force{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d paying_force{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d handle{Eigen::Vector3d::Zero()};
+  Eigen::Vector3d position{Eigen::Vector3d::Zero()};
 };
 
 /** What operators of haptic devices expect of every scheme: a clutch, homing, a
@@ -67,8 +84,20 @@ force scale, a workspace whose edge is felt, guidance. It stands between the
 device and the scheme's half, before the half with poses, behind it with forces.
 
 Force and moment of a scheme are multiplied by the gain before the device's
-limits; as the half is told what was sent, what it counts of energy is that.
-While the clutch is pressed it is told of a handle at rest.
+limits, but for what it injects against its own activity. A gain that never
+changes is a choice of units, as a scheme's own force_scale. One that grows in
+contact gives the hand back more than it has put in; so both are counted,
+
+    E_s -= F_h . dx       E_h -= gain F_h . dx_handle
+
+with dx zero while the clutch is pressed; when the scheme owes the hand nothing
+more (E_s <= 0) no credit is left, and what it gives then is its own matter.
+What E_h is below zero the hand pays by damping, of at most max_damping:
+
+    F = -alpha v,   alpha = -E_h / (h |v|^2)
+
+As the half is told what was sent, what it counts of energy is all that. While
+the clutch is pressed it is told of a handle at rest.
 
 No method allocates or throws. */
 class OperatorAids {
@@ -88,16 +117,24 @@ class OperatorAids {
                    OperatorAidsState* state) const noexcept;
 
   /** Scales a half's setpoint. */
-  void FilterSetpoint(const OperatorAidsState& state,
-                      HapticSetpoint* setpoint) const noexcept;
+  void FilterSetpoint(HapticSetpoint* setpoint,
+                      OperatorAidsState* state) const noexcept;
 
   void VisitSignals(const OperatorAidsState& state, const Pose& X_DH,
                     SignalSink* sink) const;
 
  private:
+  // Counts the period that is over. Returns the force that pays, N.
+  Eigen::Vector3d CountEnergy(const Eigen::Vector3d& handle,
+                              const Eigen::Vector3d& p,
+                              const Eigen::Vector3d& v,
+                              OperatorAidsState* state) const noexcept;
+
   bool buttons_;
   double max_force_scale_;
   double max_scale_step_;
+  double max_damping_;
+  double period_;
   Clutch clutch_;
   Homing homing_;
   WorkspaceWall wall_;

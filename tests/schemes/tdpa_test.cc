@@ -82,7 +82,8 @@ struct PathResult {
   double least_input{0};
 };
 
-PathResult Follow(const Bench::Params& params) {
+// From 8 s on, in contact, the operator asks for `scale` of the force.
+PathResult Follow(const Bench::Params& params, double scale = 1) {
   Bench bench(params);
   PathResult result;
   result.least_robot = result.least_device = 1e3;
@@ -91,6 +92,7 @@ PathResult Follow(const Bench::Params& params) {
   while (bench.time() < kEnd + 2 + 3 * params.channel.delay) {
     const double time = bench.time();
     bench.set_hand({0, 0, IntendedHeight(time) / Bench::kScale});
+    if (time > 8) bench.set_force_scale(scale);
     const std::int64_t robot_saturated = bench.robot().saturated;
     const std::int64_t device_saturated = bench.haptic().passivity.saturated;
     const Vector3d handle = bench.handle();
@@ -194,6 +196,28 @@ TEST_P(ObserverTest, WhatHandAndWallPutInIsNotLessThanTheBooksSay) {
     EXPECT_GE(result.least_input,
               -2 * (params.scheme.initial_energy - result.least_of_all))
         << delay << " s: " << Describe(result);
+  }
+}
+
+// What acts on the hand is in the books, whatever its operator asks for: the
+// same bounds hold, of the books and of what really happens.
+TEST_P(ObserverTest, ForceScaleThatChangesInContactIsCounted) {
+  for (const double delay : {0.0, 0.15}) {
+    const PathResult plain = Follow(MakeParams(GetParam(), delay));
+    for (const double scale : {2.0, 0.2}) {
+      Bench::Params params = MakeParams(GetParam(), delay);
+      params.aids.buttons = true;
+      const PathResult result = Follow(params, scale);
+      const std::string what = std::to_string(delay) + " s, scale " +
+                               std::to_string(scale) + ": " + Describe(result);
+      EXPECT_NE(result.force_mean, plain.force_mean);
+      EXPECT_GE(result.least_robot, -1e-9) << what;
+      EXPECT_GE(result.least_device, -1e-9) << what;
+      if (GetParam() == TdpaObserver::kOnePort) continue;
+      EXPECT_GE(result.least_input,
+                -2 * (params.scheme.initial_energy - result.least_of_all))
+          << what;
+    }
   }
 }
 

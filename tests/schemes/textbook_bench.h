@@ -11,6 +11,7 @@
 #include "dual_proxy/control/point_controller.h"
 #include "dual_proxy/link/communication_channel.h"
 #include "dual_proxy/schemes/half.h"
+#include "dual_proxy/sides/operator_aids.h"
 #include "dual_proxy/simulation/haptic_device.h"
 
 namespace dual_proxy {
@@ -41,6 +42,7 @@ class TextbookBench {
     bool encoders{false};
     double wall_stiffness{0};  ///< N/m: below Start().
     double clearance{0};       ///< m: of the mass above Start(), at first.
+    OperatorAidsParams aids;
     /** m, in D: where the hand means the handle to be, and where it starts. */
     Eigen::Vector3d hand{Eigen::Vector3d::Zero()};
     Eigen::Vector3d handle{Eigen::Vector3d::Zero()};
@@ -65,6 +67,7 @@ class TextbookBench {
         robot_(MakeRobotHalfParams(), params.scheme),
         haptic_(MakeHapticHalfParams(), params.scheme),
         channel_(params.channel),
+        aids_(params.aids),
         device_(MakeDevice(params)),
         device_state_(device_.MakeState({.p = params.handle})) {
     position_.z() += params.clearance;
@@ -84,18 +87,25 @@ class TextbookBench {
                            .X_DH = device_state_.read_pose,
                            .device_velocity = device_state_.read_velocity,
                            .device_wrench = device_wrench_};
+    const Vector6 device_velocity = haptic.device_velocity;
+    if (aids_.on()) {
+      aids_.FilterInput({.force_scale = force_scale_}, &haptic.X_DH,
+                        &haptic.device_velocity, &aids_state_);
+    }
     robot_.Update(time, robot, &robot_state_);
     haptic_.Update(time, haptic, &haptic_state_);
     channel_.Send(time, robot_state_.output.message, &to_device_);
     channel_.Send(time, haptic_state_.output.message, &to_robot_);
 
-    const HapticSetpoint& setpoint = haptic_state_.output.setpoint;
+    HapticSetpoint setpoint = haptic_state_.output.setpoint;
+    if (aids_.on()) aids_.FilterSetpoint(&setpoint, &aids_state_);
     device_wrench_ = device_controller_.Update(
         {.reference_force = setpoint.reference_force,
          .reference_moment = setpoint.reference_moment,
-         .device_velocity = haptic.device_velocity,
+         .device_velocity = device_velocity,
          .force_selection = setpoint.force_selection,
-         .contact_normals = setpoint.contact_normals},
+         .contact_normals = setpoint.contact_normals,
+         .fixture_force = aids_state_.fixture_force},
         &device_controller_state_);
     device_.Update({.p = params_.hand}, Eigen::Vector3d::Zero(), device_wrench_,
                    &device_state_);
@@ -145,7 +155,12 @@ class TextbookBench {
   /** From now on the hand means the handle to be at p, m, in D. */
   void set_hand(const Eigen::Vector3d& p) { params_.hand = p; }
 
+  /** From now on the operator asks for this scale of the force; for
+  Params::aids.buttons. */
+  void set_force_scale(double scale) { force_scale_ = scale; }
+
   double time() const { return kPeriod * tick_; }
+  const OperatorAidsState& aids() const { return aids_state_; }
   const Eigen::Vector3d& position() const { return position_; }
   const Eigen::Vector3d& handle() const { return device_state_.pose.p; }
   const typename Scheme::RobotHalf::State& robot() const {
@@ -217,6 +232,7 @@ class TextbookBench {
   typename Scheme::RobotHalf robot_;
   typename Scheme::HapticHalf haptic_;
   CommunicationChannel channel_;
+  OperatorAids aids_;
   PointController controller_;
   HapticController device_controller_;
   SimulatedHapticDevice device_;
@@ -230,6 +246,8 @@ class TextbookBench {
   Vector6 device_wrench_{Vector6::Zero()};
   Eigen::Vector3d position_{Start()};
   Eigen::Vector3d velocity_{Eigen::Vector3d::Zero()};
+  OperatorAidsState aids_state_;
+  double force_scale_{1};
   bool in_contact_{false};
   int tick_{0};
 };

@@ -178,6 +178,48 @@ TEST(WaveVariablesTest, PlaysNoMoreEnergyThanWasSent) {
   }
 }
 
+// J: of the hand, which pushes, lets the force's scale change while it rests on
+// the wall, and goes back.
+struct HandEnergy {
+  double put_in{0};   // By the force that acts.
+  double counted{0};  // The same in the aids' books.
+};
+
+HandEnergy ChangeScaleInContact(double scale, double max_damping) {
+  Bench::Params params = MakeContactParams(0);
+  params.hand.setZero();
+  params.aids.buttons = true;
+  params.aids.max_damping = max_damping;
+  Bench bench(params);
+  HandEnergy result;
+  while (bench.time() < 10.5) {
+    const double time = bench.time();
+    const double in = std::clamp(time / 5, 0.0, 1.0);
+    const double out = std::clamp((time - 10) / 0.2, 0.0, 1.0);
+    bench.set_hand({0, 0, -kDepth / Bench::kScale * (in - out)});
+    if (time > 7) bench.set_force_scale(scale);
+    const Vector3d handle = bench.handle();
+    bench.Step();
+    result.counted = bench.aids().hand_energy;
+    result.put_in -= bench.device_force().dot(bench.handle() - handle);
+  }
+  return result;
+}
+
+// Of what it gets back by a force that has grown meanwhile, as far as damping
+// can take it on the way.
+TEST(WaveVariablesTest, HandPaysForAForceScaleThatGrowsInContact) {
+  const HandEnergy free = ChangeScaleInContact(2, 0);
+  const HandEnergy paid = ChangeScaleInContact(2, 27);
+  EXPECT_LT(free.put_in, -3e-3);
+  EXPECT_NEAR(free.counted, free.put_in, 1e-5);
+  EXPECT_GT(paid.put_in, 0.85 * free.put_in);
+  EXPECT_NEAR(paid.counted, paid.put_in, 1e-5);
+  for (const double scale : {1.0, 0.2}) {
+    EXPECT_GT(ChangeScaleInContact(scale, 0).put_in, 0);
+  }
+}
+
 // kg: what the hand feels of a mass of 4.4 kg in slow motion.
 double FeltMass(double delay, double cutoff, bool encoders, double rate) {
   Bench::Params params = MakeBenchParams(delay);

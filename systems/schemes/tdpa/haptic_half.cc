@@ -54,6 +54,7 @@ void TdpaHapticHalf::Update(double time, const HapticHalfInput& input,
   HapticHalfOutput& output = state->output;
   if (!valid) ++output.bad_inputs;
   Eigen::Vector3d& F_h = output.setpoint.reference_force;
+  output.setpoint.injected_force.setZero();
   F_h = connected && valid
             ? Eigen::Vector3d(-kappa * (R_DB * state->force))
             : RateLimit(F_h, Eigen::Vector3d::Zero(), max_release_);
@@ -70,7 +71,8 @@ void TdpaHapticHalf::Update(double time, const HapticHalfInput& input,
          .sent_force = to_link(input.device_wrench.head<3>()),
          .force = to_link(F_h)},
         &state->passivity);
-    F_h -= kappa * (R_DB * injected);
+    output.setpoint.injected_force = -kappa * (R_DB * injected);
+    F_h += output.setpoint.injected_force;
   }
   output.proxy_pose = input.X_DH;
   output.message = ToMessage(sender_.Update(
