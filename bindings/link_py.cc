@@ -34,6 +34,9 @@ void DefArray(py::class_<Class>* cls, const char* name, T Class::* member,
       doc);
 }
 
+constexpr const char* kGripperOpeningDoc =
+    "m, of the device's gripper, on the way to the robot; NaN: none.";
+
 void BindMessages(py::module_& m) {
   auto pose = BindState<Pose>(m, "Pose",
                               "A pose: X_BE of the tool point in the robot "
@@ -71,6 +74,8 @@ void BindMessages(py::module_& m) {
       .def_readwrite("sequence", &Message::sequence,
                      "0, 1, 2, ...; -1: nothing has come yet.")
       .def_readwrite("send_time", &Message::send_time, "Sender's clock, s.")
+      .def_readwrite("gripper_opening", &Message::gripper_opening,
+                     kGripperOpeningDoc)
       .def_property(
           "body",
           [](const Message& self) {
@@ -98,7 +103,8 @@ void BindMessages(py::module_& m) {
       .def(py::pickle(
           [](const py::object& self) {
             return py::make_tuple(self.attr("tag"), self.attr("sequence"),
-                                  self.attr("send_time"), self.attr("body"));
+                                  self.attr("send_time"), self.attr("body"),
+                                  self.attr("gripper_opening"));
           },
           [](const py::tuple& values) {
             Message message;
@@ -108,6 +114,7 @@ void BindMessages(py::module_& m) {
             self.attr("sequence") = values[1];
             self.attr("send_time") = values[2];
             self.attr("body") = values[3];
+            self.attr("gripper_opening") = values[4];
             return message;
           }));
 
@@ -138,6 +145,8 @@ void BindMessages(py::module_& m) {
                      "0, 1, 2, ...; -1: nothing has come yet.")
       .def_readwrite("send_time", &PM::send_time, "Sender's clock, s.")
       .def_readwrite("pose", &PM::pose, "Pose: X_DH or X_BE.")
+      .def_readwrite("gripper_opening", &PM::gripper_opening,
+                     kGripperOpeningDoc)
       .def(
           "is_valid", [](const PM& self) { return IsValid(self); },
           "True if the message may be acted on: finite, its pose a pose, its "
@@ -155,12 +164,14 @@ void BindMessages(py::module_& m) {
           [](const PM& self) {
             return py::make_tuple(self.sequence, self.send_time, self.pose,
                                   self.force_selection, self.moment_selection,
-                                  self.contact_normals);
+                                  self.contact_normals, self.gripper_opening);
           },
           [make_message](const py::tuple& values) {
-            return make_message(
+            PM result = make_message(
                 values[0].cast<std::int64_t>(), values[1].cast<double>(),
                 values[2].cast<Pose>(), values[3], values[4], values[5]);
+            result.gripper_opening = values[6].cast<double>();
+            return result;
           }));
   message.attr("TAG") = PM::kTag;
   message.def_static(

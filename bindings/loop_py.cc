@@ -84,6 +84,7 @@ void BindLoop(py::module_& m) {
         robot_params.perception.angular_filter.enabled = true;
         robot_params.planner.active = {{0, 1}};
         robot_params.planner.directions = {Eigen::Vector3d::UnitZ()};
+        robot_params.gripper.enabled = true;
         HapticSideParams haptic_params;
         haptic_params.controller.method = HapticControlMethod::kForceFeedback;
         haptic_params.aids.buttons = true;

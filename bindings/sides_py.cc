@@ -86,6 +86,9 @@ void BindPlanner(py::module_& m) {
       .def_readonly("velocity", &R::velocity, kCopy, "(3,), m/s")
       .def_readonly("force", &R::force, kCopy, "(3,), N");
 
+  BindParams<GripperParams>(m, "GripperParams",
+                            "How the robot's gripper follows the device's.")
+      .Fields();
   BindParams<LocalPlannerParams>(
       m, "LocalPlannerParams",
       "Parameters of the robot side's own planner, that of scenarios.")
@@ -171,6 +174,10 @@ void BindRobotSide(py::module_& m) {
           "moment_selection",
           [](const S& self) { return self.output.selections.moment; },
           "Omega_tau in force, (3, 3)")
+      .def_property_readonly(
+          "gripper_width_command",
+          [](const S& self) { return self.gripper.width; },
+          "m, for the gripper's driver")
       .def_property_readonly(
           "planner_selection",
           [](const S& self) { return self.blend.planner.selection; },
@@ -332,9 +339,7 @@ void BindHapticSide(py::module_& m) {
           "(6,) [force; moment] on the hand, N, N m")
       .def_property_readonly(
           "message",
-          [](const S& self) {
-            return MessageToPython(self.half.output().message);
-          },
+          [](const S& self) { return MessageToPython(self.message()); },
           "newest message to the robot side")
       .def_property_readonly("reference_force", setpoint(&Q::reference_force),
                              "F_h, on the hand, (3,), N")
@@ -386,7 +391,7 @@ void BindHapticSide(py::module_& m) {
              const py::object& device_rotation,
              const py::object& device_velocity, S& state,
              const py::object& handle_force, bool clutch, bool home,
-             double force_scale) {
+             double force_scale, double gripper_opening) {
             CheckState(self, state);
             self.Update(
                 time,
@@ -398,7 +403,8 @@ void BindHapticSide(py::module_& m) {
                  .handle_force = Vec3(handle_force, "handle_force"),
                  .buttons = {.clutch = clutch,
                              .home = home,
-                             .force_scale = force_scale}},
+                             .force_scale = force_scale},
+                 .gripper_opening = gripper_opening},
                 &state);
           },
           py::arg("time"), py::arg("message"), py::arg("device_position"),
@@ -406,11 +412,12 @@ void BindHapticSide(py::module_& m) {
           py::arg("state"),
           py::arg("handle_force") = Eigen::Vector3d(Eigen::Vector3d::Zero()),
           py::arg("clutch") = false, py::arg("home") = false,
-          py::arg("force_scale") = 1.0,
+          py::arg("force_scale") = 1.0, py::arg("gripper_opening") = kNoGripper,
           "Advances `state` by one period. Device pose from home, velocity "
           "(6,) [linear; angular],\nsensed force of the handle on the hand "
           "(3,), N, in D; clutch pressed, way home asked for,\nand the force "
-          "scale, for `params.aids.buttons`.");
+          "scale, for `params.aids.buttons`; opening of the device's gripper, "
+          "m, NaN: none.");
 }
 
 }  // namespace

@@ -75,7 +75,10 @@ void BindOperator(py::module_& m) {
              "[start, end] each, s: the operator asks for the way home and "
              "gives way to it")
       .Field("force_scale", &Params::force_scale,
-             "[time, scale] each, s: what the operator asks for from then on");
+             "[time, scale] each, s: what the operator asks for from then on")
+      .Field("gripper", &Params::gripper,
+             "[time, opening] each, s, m: of the device's gripper from then "
+             "on");
   py::class_<OperatorPath>(
       m, "OperatorPath",
       "What the simulated operator intends: a path through given points at "

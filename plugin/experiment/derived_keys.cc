@@ -27,6 +27,7 @@ constexpr DerivedKey kDerivedKeys[] = {
     {"haptic_proxy.period", "control_period"},
     {"haptic_controller.period", "control_period"},
     {"operator_aids.period", "control_period"},
+    {"gripper.period", "control_period"},
     {"device.period", "control_period"},
     {"sensor.tool_mass", "scene.tool_mass"},
     {"sensor.tool_com", "scene"},

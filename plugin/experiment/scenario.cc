@@ -188,7 +188,7 @@ void Waypoint::Validate() const { ValidateFields("Waypoint", *this); }
 
 void OperatorParams::Validate() const {
   ValidateFields("OperatorParams", *this);
-  ValidateButtons("OperatorParams", clutch, home, force_scale);
+  ValidateButtons("OperatorParams", clutch, home, force_scale, gripper);
 }
 
 void Scenario::ApplyPresets() {
@@ -257,7 +257,7 @@ void Scenario::Distribute() {
         &point_controller.force.period,
         &point_controller.force.passivity.period, &point_mass.period,
         &haptic_proxy.period, &haptic_controller.period, &operator_aids.period,
-        &device.period, &sensor.period}) {
+        &gripper.period, &device.period, &sensor.period}) {
     *period = control_period;
   }
   // As few steps of one length as scene.time_step allows.

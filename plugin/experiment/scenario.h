@@ -25,6 +25,7 @@
 #include "dual_proxy/link/pose_sender.h"
 #include "dual_proxy/loop/teleop_loop.h"
 #include "dual_proxy/perception/contact_perception.h"
+#include "dual_proxy/proxy/gripper_follower.h"
 #include "dual_proxy/proxy/haptic_side_proxy.h"
 #include "dual_proxy/proxy/robot_side_proxy.h"
 #include "dual_proxy/proxy/workspace_map.h"
@@ -133,6 +134,7 @@ struct OperatorParams {
   std::vector<Eigen::Vector2d> clutch;
   std::vector<Eigen::Vector2d> home;
   std::vector<Eigen::Vector2d> force_scale;
+  std::vector<Eigen::Vector2d> gripper;
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
@@ -165,6 +167,9 @@ struct OperatorParams {
     a->Visit(Field("force_scale", &force_scale,
                    "[time, scale] each, s: by which the hand has its force "
                    "multiplied from then on"));
+    a->Visit(Field("gripper", &gripper,
+                   "[time, opening] each, s, m: of the device's gripper from "
+                   "then on"));
   }
 };
 
@@ -239,6 +244,7 @@ struct Scenario {
   HapticSideProxyParams haptic_proxy;
   HapticControllerParams haptic_controller;
   OperatorAidsParams operator_aids;
+  GripperParams gripper;
   SchemesParams schemes;  ///< Of each scheme that has some of its own.
   SimulatedHapticDeviceParams device;
   ForceTorqueSensorParams sensor{[] {
@@ -367,6 +373,8 @@ struct Scenario {
     a->Visit(Field("operator_aids", &operator_aids,
                    "of the device's side; a schedule of the operator's turns "
                    "their buttons on"));
+    a->Visit(Field("gripper", &gripper,
+                   "of the robot; a schedule of the operator's enables it"));
     a->Visit(Field("schemes", &schemes, "of each scheme that has some"));
     a->Visit(
         Field("device", &device, "what stands for the device and its hand"));

@@ -24,6 +24,8 @@ template <typename Robot>
 RobotSideParams<Robot> MakeRobotSideParams(const Scenario& scenario) {
   typename Robot::Controller::Params controller;
   TakeController(scenario, &controller);
+  GripperParams gripper = scenario.gripper;
+  if (!scenario.operator_params.gripper.empty()) gripper.enabled = true;
   return {.scheme = scenario.scheme,
           .schemes = scenario.schemes,
           .proxy = scenario.robot_proxy,
@@ -31,7 +33,8 @@ RobotSideParams<Robot> MakeRobotSideParams(const Scenario& scenario) {
           .sender = scenario.link.sender,
           .perception = {.filter = scenario.filter,
                          .angular_filter = scenario.angular_filter},
-          .planner = scenario.planner};
+          .planner = scenario.planner,
+          .gripper = gripper};
 }
 
 HapticSideParams MakeHapticSideParams(const Scenario& scenario) {
@@ -59,6 +62,7 @@ OperatorPathParams CalcHandlePath(const Scenario& scenario) {
   path.clutch = scenario.operator_params.clutch;
   path.home = scenario.operator_params.home;
   path.force_scale = scenario.operator_params.force_scale;
+  path.gripper = scenario.operator_params.gripper;
   return path;
 }
 

@@ -14,6 +14,7 @@ std::vector<BlockPtr> MakeExampleBlocks() {
   for (Eigen::Matrix3d& inertia : arm.inertia) inertia.setIdentity();
   RobotSideParams<SerialArm<7>> robot;
   robot.perception.angular_filter.enabled = true;
+  robot.gripper.enabled = true;
   const OperatorPathParams path{.times = Eigen::VectorXd::Zero(1),
                                 .points = Eigen::Matrix3Xd::Zero(3, 1)};
   TeleopLoopParams<SerialArm<7>> loop;

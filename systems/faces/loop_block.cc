@@ -67,6 +67,9 @@ class TeleopLoopBlock final
         {"device_wrench",
          "[force; moment], N, N m, of the device on the hand, in D"},
         loop.haptic.output.device_wrench);
+    if (loop_.params().robot.gripper.enabled) {
+      WriteGripper(loop.robot.gripper, ports);
+    }
     WriteFound(loop.robot.perception, ports);
     WriteFoundMoments(loop.robot.perception, ports);
   }

@@ -3,6 +3,7 @@
 
 #include "dual_proxy/faces/block.h"
 #include "dual_proxy/perception/contact_perception.h"
+#include "dual_proxy/proxy/gripper_follower.h"
 
 namespace dual_proxy {
 
@@ -43,6 +44,13 @@ inline void WriteFoundMoments(const ContactPerceptionState& perception,
       filter.force_selection);
   ports->PutScalar({"moment_dimension", "of moment space, 0 to 3, likewise"},
                    filter.dimension);
+}
+
+/** Of a robot that has a gripper. */
+inline void WriteGripper(const GripperState& gripper, OutputPorts* ports) {
+  ports->PutScalar({"gripper_width_command",
+                    "m, for the gripper's driver (only with a gripper)"},
+                   gripper.width);
 }
 
 }  // namespace dual_proxy

@@ -196,6 +196,8 @@ class RobotSideBlock final : public BlockOf<RobotBlockInput, RobotBlockMemory> {
           {memory.sensor.adapter.bad_inputs,
            memory.sensor.adapter.tares_refused});
     }
+    if (side_.params().gripper.enabled)
+      WriteGripper(memory.side.gripper, ports);
     if (!side_.params().perception.angular_filter.enabled) return;
     const FilterInput moments = memory.side.perception.moment.mean_input();
     ports->PutVector(
@@ -275,6 +277,13 @@ class HapticSideBlock final
                          &scale)) {
       buttons.force_scale = scale(0);
     }
+    Eigen::Matrix<double, 1, 1> opening(input->gripper_opening);
+    if (ports->GetVector({"gripper_opening",
+                          "m, of the device's gripper, not finite: none (not "
+                          "with a simulated device)"},
+                         &opening)) {
+      input->gripper_opening = opening(0);
+    }
   }
 
   void Update(double time, const HapticSideInput& input,
@@ -294,7 +303,8 @@ class HapticSideBlock final
                   .handle_force = memory->device.handle_force,
                   .buttons = {.clutch = intended.clutch,
                               .home = intended.home,
-                              .force_scale = intended.force_scale}},
+                              .force_scale = intended.force_scale},
+                  .gripper_opening = intended.gripper_opening},
                  &memory->side);
     device_->Update({.p = intended.position, .R = intended.rotation},
                     intended.velocity, told, &memory->device, intended.home);
@@ -315,7 +325,7 @@ class HapticSideBlock final
         memory.side.output.device_wrench);
     ports->PutMessage({"message", "to the robot side"},
                       ToRobotTag(side_.params().scheme),
-                      [&] { return memory.side.half.output().message; });
+                      [&] { return memory.side.message(); });
     if (!device_) return;
     ports->PutPose(
         {"device_pose",

@@ -29,8 +29,12 @@ constexpr MessageTag MakeMessageTag(std::string_view name) {
 /** A tag for people: "PoseMessage", "ForceMessage", or its number. */
 std::string DescribeTag(MessageTag tag);
 
-/** What travels over the link, whatever the scheme: a header and up to kMaxSize
-numbers, whose meaning the tag tells. A plain value of fixed size. */
+/** The opening of a gripper that is not there. */
+inline constexpr double kNoGripper = std::numeric_limits<double>::quiet_NaN();
+
+/** What travels over the link, whatever the scheme: a header, up to kMaxSize
+numbers, whose meaning the tag tells, and what goes with those of any scheme. A
+plain value of fixed size. */
 struct Message {
   static constexpr int kMaxSize = 40;
 
@@ -39,6 +43,8 @@ struct Message {
   std::int64_t sequence{-1};  ///< 0, 1, 2, ...; -1: nothing has come yet.
   double send_time{0};        ///< Sender's clock, s.
   std::array<double, kMaxSize> body{};
+  /** m, of the device's gripper, on the way to the robot; not finite: none. */
+  double gripper_opening{kNoGripper};
 };
 
 /** What the dual proxy sends over the link, in both directions: a pose, the
@@ -63,6 +69,7 @@ struct PoseMessage {
   Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
   /// Unit vectors INTO the surfaces as columns, in B; zero: none, or not known.
   Eigen::Matrix3d contact_normals{Eigen::Matrix3d::Zero()};
+  double gripper_opening{kNoGripper};  ///< See Message; not of the body.
 
   /** Writes or reads the kSize numbers of the body. */
   void WriteBody(double* body) const noexcept;
@@ -95,6 +102,9 @@ Message ToMessage(const Content& content,
                   .sequence = content.sequence,
                   .send_time = content.send_time};
   content.WriteBody(message.body.data());
+  if constexpr (requires { content.gripper_opening; }) {
+    message.gripper_opening = content.gripper_opening;
+  }
   return message;
 }
 
@@ -106,6 +116,9 @@ Content FromMessage(const Message& message,
   Content content;
   content.sequence = message.sequence;
   content.send_time = message.send_time;
+  if constexpr (requires { content.gripper_opening; }) {
+    content.gripper_opening = message.gripper_opening;
+  }
   if (message.sequence == -1) return content;
   if (message.tag == tag && message.size == Content::kSize) {
     content.ReadBody(message.body.data());

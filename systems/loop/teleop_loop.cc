@@ -126,7 +126,8 @@ void TeleopLoop<Robot>::UpdateHapticSide(double time,
                        .handle_force = state->device.handle_force,
                        .buttons = {.clutch = intended.clutch,
                                    .home = intended.home,
-                                   .force_scale = intended.force_scale}};
+                                   .force_scale = intended.force_scale},
+                       .gripper_opening = intended.gripper_opening};
   if (faults_.on()) {
     InputFaultsState* const faults = &state->faults;
     faults_.Apply(time, FaultyInput::kMessageToDevice, &side.message, faults);
@@ -148,7 +149,7 @@ void TeleopLoop<Robot>::UpdateLink(double time, State* state) const noexcept {
                         static_cast<double>(state->next_look) * interval;
     if (!(look < time + period())) return;
     ++state->next_look;
-    channel_.Send(look, state->haptic.half.output().message, &state->to_robot);
+    channel_.Send(look, state->haptic.message(), &state->to_robot);
     channel_.Send(look, state->robot.half.output().message, &state->to_device);
   }
 }

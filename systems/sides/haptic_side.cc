@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/sides/haptic_side.h"
 
+#include <cmath>
 #include <utility>
 
 #include "dual_proxy/common/validate.h"
@@ -60,6 +61,10 @@ void HapticSide::Update(double time, const HapticSideInput& input,
   Vector6 velocity = input.device_velocity;
   if (aids_.on()) {
     aids_.FilterInput(input.buttons, &output.X_DH, &velocity, &state->aids);
+  }
+
+  if (std::isfinite(input.gripper_opening) && !state->aids.clutch.clutched) {
+    state->gripper_opening = input.gripper_opening;
   }
 
   const std::int64_t refused_by_half = state->half.output().bad_inputs;

@@ -53,6 +53,8 @@ struct HapticSideInput {
   controller that has the method kForceFeedback. */
   Eigen::Vector3d handle_force{Eigen::Vector3d::Zero()};
   OperatorButtons buttons{};  ///< Without aids.buttons they do nothing.
+  double gripper_opening{
+      kNoGripper};  ///< m, of the device's gripper, if it has one.
 };
 
 /** Results of one cycle in D, and what of the inputs belongs in a log. */
@@ -75,7 +77,16 @@ struct HapticSideState {
   OperatorAidsState aids;
   HapticHalf::State half;
   HapticControllerState controller;
+  /** m: the last that was finite while no clutch was pressed. */
+  double gripper_opening{kNoGripper};
   HapticSideOutput output;  ///< Of the last cycle.
+
+  /** To the robot side: the half's, and the gripper's opening with it. */
+  Message message() const {
+    Message result = half.output().message;
+    result.gripper_opening = gripper_opening;
+    return result;
+  }
 };
 
 /** All of the haptic side's work in one control cycle: the operator's aids, the

@@ -115,6 +115,10 @@ void RobotSideParams<Robot>::Validate() const {
     ThrowInvalidField(who, "sender.period", "the proxy's period",
                       sender.period);
   }
+  if (gripper.enabled && gripper.period != proxy.period) {
+    ThrowInvalidField(who, "gripper.period", "the proxy's period",
+                      gripper.period);
+  }
   if (perception.filter.period < proxy.period) {
     ThrowInvalidField(who, "perception.filter.period",
                       "at least the control period", perception.filter.period);
@@ -142,7 +146,8 @@ RobotSide<Robot>::RobotSide(Params params)
     : params_(std::move(params)),
       half_(MakeHalf(params_)),
       planner_(params_.planner),
-      controller_(params_.controller) {
+      controller_(params_.controller),
+      gripper_(params_.gripper) {
   if (UsesSelections(params_.scheme)) {
     perception_.emplace(params_.perception);
     blend_.emplace(params_.proxy);
@@ -157,6 +162,7 @@ RobotSideState<Robot> RobotSide<Robot>::MakeState(
   State state;
   state.half = half_.MakeState();
   state.controller = controller_.MakeState();
+  state.gripper = gripper_.MakeState();
   if (perception_) {
     state.perception = perception_->MakeState(seed, angular_seed);
   }
@@ -209,6 +215,13 @@ void RobotSide<Robot>::Update(double time, const Input& input,
                 .sensor_ready = input.sensor_ready,
                 .planner_selection = state->blend.planner.selection},
                &state->half);
+  if (gripper_.enabled()) {
+    const LinkMonitorState& link = state->half.output().link;
+    const bool accepted = input.message.sequence == link.last_sequence;
+    gripper_.Update(link.status == LinkStatus::kConnected,
+                    accepted ? input.message.gripper_opening : kNoGripper,
+                    &state->gripper);
+  }
   output.setpoint = state->half.output().setpoint;
   output.reference_pose = state->half.output().proxy_pose;
   if (blend_) {
@@ -352,6 +365,10 @@ void RobotSide<Robot>::VisitSignals(const State& state,
                 filter.bad_inputs);
     sink->Count("angular_filter_all_weights_zero",
                 "updates in which nothing was likely", filter.all_weights_zero);
+  }
+  if (gripper_.enabled()) {
+    sink->Scalar({"gripper_width_command", "m", "", "for the gripper's driver"},
+                 state.gripper.width);
   }
   sink->Integer({"robot_link_status", "", "",
                  "at the robot: 0 waiting, 1 connected, 2 lost"},

@@ -14,6 +14,7 @@
 #include "dual_proxy/link/message.h"
 #include "dual_proxy/link/pose_sender.h"
 #include "dual_proxy/perception/contact_perception.h"
+#include "dual_proxy/proxy/gripper_follower.h"
 #include "dual_proxy/proxy/robot_side_proxy.h"
 #include "dual_proxy/schemes/schemes.h"
 #include "dual_proxy/sides/local_planner.h"
@@ -32,6 +33,7 @@ struct RobotSideParams {
   PoseSenderParams sender;
   ContactPerceptionParams perception;
   LocalPlannerParams planner;
+  GripperParams gripper;
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
@@ -49,6 +51,7 @@ struct RobotSideParams {
     a->Visit(Field("planner", &planner,
                    "that shares the robot with the operator, if the scheme "
                    "uses selections"));
+    a->Visit(Field("gripper", &gripper, "that follows the device's"));
   }
 };
 
@@ -105,12 +108,16 @@ struct RobotSideState {
   ContactPerceptionState perception;
   LocalPlannerState planner;
   ReferenceBlendState blend;
+  GripperState gripper;           ///< Its width is for the gripper's driver.
   RobotSideOutput<Robot> output;  ///< Of the last cycle.
 };
 
 /** All of the robot side's work in one control cycle: the planner, the scheme's
 half, the blend of both, the controller, perception, in this order. It owns no
 logic but the order; each part is documented where it is.
+
+The gripper takes what came with a message that the half has accepted, and holds
+while there is no link.
 
 Perception and planner run where the scheme has use for selections. A cycle that
 the controller refused adds nothing to what the filters take.
@@ -159,6 +166,7 @@ class RobotSide {
   std::optional<ReferenceBlend> blend_;
   typename Robot::Controller controller_;
   std::optional<ContactPerception> perception_;
+  GripperFollower gripper_;
   std::vector<SignalSlice> layout_;
 };
 

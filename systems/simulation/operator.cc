@@ -78,7 +78,8 @@ bool IsWithin(const std::vector<Eigen::Vector2d>& spans, double time) noexcept {
 void ValidateButtons(const char* who,
                      const std::vector<Eigen::Vector2d>& clutch,
                      const std::vector<Eigen::Vector2d>& home,
-                     const std::vector<Eigen::Vector2d>& force_scale) {
+                     const std::vector<Eigen::Vector2d>& force_scale,
+                     const std::vector<Eigen::Vector2d>& gripper) {
   const auto check = [who](const char* name,
                            const std::vector<Eigen::Vector2d>& spans) {
     for (const Eigen::Vector2d& span : spans) {
@@ -88,13 +89,17 @@ void ValidateButtons(const char* who,
   };
   check("clutch", clutch);
   check("home", home);
-  double last = -1;
-  for (const Eigen::Vector2d& scale : force_scale) {
-    ThrowUnlessIn(who, "force_scale", scale, AtLeast(0));
-    ThrowUnlessIn(who, "force_scale", scale(0),
-                  Above({last, "the time before"}));
-    last = scale(0);
-  }
+  const auto check_steps = [who](const char* name,
+                                 const std::vector<Eigen::Vector2d>& steps) {
+    double last = -1;
+    for (const Eigen::Vector2d& step : steps) {
+      ThrowUnlessIn(who, name, step, AtLeast(0));
+      ThrowUnlessIn(who, name, step(0), Above({last, "the time before"}));
+      last = step(0);
+    }
+  };
+  check_steps("force_scale", force_scale);
+  check_steps("gripper", gripper);
 }
 
 void OperatorPathParams::Validate() const {
@@ -119,7 +124,7 @@ void OperatorPathParams::Validate() const {
                       static_cast<double>(rotations.cols()));
   }
   ThrowUnlessIn(kWho, "rotations", rotations, Finite());
-  ValidateButtons(kWho, clutch, home, force_scale);
+  ValidateButtons(kWho, clutch, home, force_scale, gripper);
   if (interpolation != PathInterpolation::kMinimumJerk &&
       interpolation != PathInterpolation::kLinear &&
       interpolation != PathInterpolation::kCubic) {
@@ -163,6 +168,9 @@ OperatorPathSample OperatorPath::Calc(double time) const noexcept {
   sample.home = IsWithin(params_.home, time);
   for (const Eigen::Vector2d& scale : params_.force_scale) {
     if (time >= scale(0)) sample.force_scale = scale(1);
+  }
+  for (const Eigen::Vector2d& step : params_.gripper) {
+    if (time >= step(0)) sample.gripper_opening = step(1);
   }
   return sample;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -48,6 +49,9 @@ struct OperatorPathParams {
   /** [time, scale] each, times increasing, scales >= 0: the force scale that
   the operator asks for from then on; 1 before. */
   std::vector<Eigen::Vector2d> force_scale{};
+  /** [time, opening] each, s, m, times increasing, openings >= 0: of the
+  device's gripper from then on; none before. */
+  std::vector<Eigen::Vector2d> gripper{};
 
   /** @throws std::invalid_argument naming the field, its range and value. */
   void Validate() const;
@@ -58,7 +62,8 @@ struct OperatorPathParams {
 void ValidateButtons(const char* who,
                      const std::vector<Eigen::Vector2d>& clutch,
                      const std::vector<Eigen::Vector2d>& home,
-                     const std::vector<Eigen::Vector2d>& force_scale);
+                     const std::vector<Eigen::Vector2d>& force_scale,
+                     const std::vector<Eigen::Vector2d>& gripper);
 
 /** A point of an OperatorPath, in the frame of its points. */
 struct OperatorPathSample {
@@ -68,6 +73,8 @@ struct OperatorPathSample {
   bool clutch{false};     ///< Whether it is pressed.
   bool home{false};       ///< Whether the way home is asked for.
   double force_scale{1};  ///< That is asked for.
+  /** m, of the device's gripper; NaN: it has none. */
+  double gripper_opening{std::numeric_limits<double>::quiet_NaN()};
 };
 
 /** What the simulated operator intends: a path through given points at given

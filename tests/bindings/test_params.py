@@ -28,6 +28,7 @@ FULL = {
         clutch=[[1, 2]],
         home=[[3, 4]],
         force_scale=[[0, 0.5]],
+        gripper=[[0, 0.02]],
     ),
     _core.ContactSceneParams: lambda: dp.ContactSceneParams(
         surfaces=[dp.ContactSurfaceParams(radius=0.2)]
@@ -52,6 +53,7 @@ FULL = {
         clutch=[[1, 2]],
         home=[[3, 4]],
         force_scale=[[0, 0.5]],
+        gripper=[[0, 0.02]],
     ),
 }
 

@@ -157,5 +157,32 @@ TEST_P(OperatorButtonsTest, ClutchHoldsTheRobotWhileTheHandMoves) {
   }
 }
 
+TEST_P(OperatorButtonsTest, GripperFollowsAndHolds) {
+  Scenario scenario = MakeScenario(scheme(), delay());
+  scenario.operator_params.waypoints = {To(0, 0, 0), To(1, 0.02, 0.02)};
+  EXPECT_FALSE(RunBare(scenario, 0.1).Has("gripper_width_command"));
+  scenario.operator_params.clutch = {{2.5, 4}};
+  scenario.operator_params.gripper = {{1, 0.01}, {3, 0.02}, {5, 0}};
+  scenario.link.channel.outages = {{4.9, 6.5}};
+  const RunLog log = RunBare(scenario, 8.5);
+  const auto width = log.Signal<1>("gripper_width_command");
+  const double start = scenario.gripper.start_width;
+  const auto at = [&](double time) { return width(Row(time), 0); };
+  // What was sent before the operator's gripper is known, and 20 ms of
+  // messages.
+  EXPECT_EQ(at(1 + delay()), start);
+  EXPECT_LT(at(1.1 + delay()), start);
+  EXPECT_NEAR(at(2.4), 0.03, 1e-12);
+  // The clutch, of which the release follows.
+  EXPECT_NEAR(at(3.99), 0.03, 1e-12);
+  EXPECT_NEAR(at(4.8), 0.06, 1e-12);
+  // No link.
+  EXPECT_NEAR(at(6.49 + delay()), 0.06, 1e-12);
+  EXPECT_NEAR(at(8.4), 0, 1e-12);
+  const Eigen::Index n = width.rows() - 1;
+  EXPECT_LE((width.bottomRows(n) - width.topRows(n)).cwiseAbs().maxCoeff(),
+            1e-3 * scenario.gripper.max_speed + 1e-12);
+}
+
 }  // namespace
 }  // namespace dual_proxy

@@ -327,6 +327,22 @@ TEST_F(HapticSideTest, ButtonsDoNothingUnlessTheyAreOn) {
   }
 }
 
+TEST_F(HapticSideTest, SendsTheLastGripperOpeningThatWasValid) {
+  EXPECT_TRUE(std::isnan(state_.message().gripper_opening));
+  HapticSideInput input = Input(0);
+  dut_.Update(0, input, &state_);
+  EXPECT_TRUE(std::isnan(state_.message().gripper_opening));
+  input.gripper_opening = 0.012;
+  dut_.Update(0.001, input, &state_);
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(),
+                           std::numeric_limits<double>::infinity()}) {
+    input.gripper_opening = bad;
+    dut_.Update(0.002, input, &state_);
+    EXPECT_EQ(state_.message().gripper_opening, 0.012);
+  }
+  EXPECT_EQ(state_.message().body, state_.half.output().message.body);
+}
+
 TEST_F(HapticSideTest, ParamsAreCheckedTogether) {
   HapticSideParams params;
   params.sender.period = 0.002;

@@ -158,6 +158,7 @@ TEST_F(OperatorPathTest, DoesNotAllocate) {
 TEST_F(OperatorPathTest, PressesButtonsAtTheirTimes) {
   params_.clutch = {{1, 2}, {3, 3.5}};
   params_.home = {{0.5, 0.7}};
+  params_.gripper = {{1, 0.02}};
   params_.force_scale = {{1.5, 0.5}, {2.5, 2}};
   const OperatorPath dut(params_);
   const auto clutch = [&](double time) { return dut.Calc(time).clutch; };
@@ -165,6 +166,8 @@ TEST_F(OperatorPathTest, PressesButtonsAtTheirTimes) {
   EXPECT_TRUE(clutch(1) && clutch(1.99) && clutch(3.2));
   EXPECT_FALSE(dut.Calc(0.49).home || dut.Calc(0.7).home);
   EXPECT_TRUE(dut.Calc(0.5).home);
+  EXPECT_TRUE(std::isnan(dut.Calc(0.99).gripper_opening));
+  EXPECT_EQ(dut.Calc(1).gripper_opening, 0.02);
   EXPECT_EQ(dut.Calc(1.4).force_scale, 1);
   EXPECT_EQ(dut.Calc(1.5).force_scale, 0.5);
   EXPECT_EQ(dut.Calc(9).force_scale, 2);

@@ -45,6 +45,7 @@ def test_operator_path_params():
         "clutch",
         "home",
         "force_scale",
+        "gripper",
     ]
     assert pickle.loads(pickle.dumps(params)) == params
     assert params != dp.OperatorPathParams()

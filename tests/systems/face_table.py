@@ -382,6 +382,7 @@ _MADE_AND_FED = {
             "clutch": tare,
             "home": tare,
             "force_scale": constant(0.5),
+            "gripper_opening": constant(0.01),
         },
     ),
     "HapticSideWithDevice": (
