@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -800,7 +800,7 @@ class TrajectoryLimiterParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'max_velocity': "m/s, > 0: per axis; the paper's 0.2, default 0.2", 'max_acceleration': "m/s^2, > 0: per axis; the paper's 10, default 10", 'max_angular_velocity': 'rad/s, > 0: per axis, default 1', 'max_angular_acceleration': 'rad/s^2, > 0: per axis, default 20', 'period': 's, > 0: between updates, default 0.001'}
+    fields: typing.ClassVar[dict] = {'max_velocity': "m/s, > 0: per axis; the paper's 0.2, default 0.2", 'max_acceleration': "m/s^2, > 0: per axis; the paper's 10, default 10", 'max_angular_velocity': 'rad/s, > 0: per axis, default 1', 'max_angular_acceleration': 'rad/s^2, > 0: per axis, default 20', 'max_jerk': 'm/s^3, >= 0: per axis; 0 is none, as in the paper: the acceleration steps, and with it the torques that it asks for, default 0', 'max_angular_jerk': 'rad/s^3, >= 0: per axis; 0 is none, default 0', 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> TrajectoryLimiterParams:
         ...
     def __deepcopy__(self, memo: dict) -> TrajectoryLimiterParams:
@@ -839,12 +839,28 @@ class TrajectoryLimiterParams:
     def max_angular_acceleration(self, arg1: typing.Any) -> None:
         ...
     @property
+    def max_angular_jerk(self) -> float:
+        """
+        rad/s^3, >= 0: per axis; 0 is none, default 0
+        """
+    @max_angular_jerk.setter
+    def max_angular_jerk(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def max_angular_velocity(self) -> float:
         """
         rad/s, > 0: per axis, default 1
         """
     @max_angular_velocity.setter
     def max_angular_velocity(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_jerk(self) -> float:
+        """
+        m/s^3, >= 0: per axis; 0 is none, as in the paper: the acceleration steps, and with it the torques that it asks for, default 0
+        """
+    @max_jerk.setter
+    def max_jerk(self, arg1: typing.Any) -> None:
         ...
     @property
     def max_velocity(self) -> float:
@@ -1755,7 +1771,7 @@ class ForceSpaceParticleFilterParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'num_particles': 'in [2, 100000]: n_p; the cost of an update is proportional to it, default 1000', 'period': 's, > 0: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.0666667', 'likelihood': 'one of "paper", "friction_cone": eq. (6) to (8), or contacts with friction, default "friction_cone"', 'scatter_mean': 'in [-1, 1]: alpha of the scatter N(alpha, Sigma): mean per axis and update, default 0', 'scatter_std': 'in [0, 1]: Sigma of the scatter: standard deviation per axis and update; larger follows a turning normal faster, but spreads more, default 0.025', 'update_thresholds': 'ForceSpaceParticleFilterThresholds: weigh the tentative particle, which decides how many are added', 'resampling_thresholds': 'ForceSpaceParticleFilterThresholds: weigh every particle when resampling', 'alpha_add': 'in (0, 1): share of the largest singular value above which a direction is added, default 0.5', 'alpha_remove': 'in (0, alpha_add]: share of it below which a direction is removed, default 0.1', 'epsilon': 'in [1e-12, 0.1]: vectors no longer than this count as zero (N for the commands), default 1e-06', 'prior_particles': 'in [0, 100000]: that each prior normal adds to an update, default 50', 'prior_std': 'rad, in (0, pi]: how sure a prior is for which nothing else is said, standard deviation per axis, default 0.1', 'friction_cone': 'FrictionConeParams: of likelihood "friction_cone", which uses nothing else but num_particles, period, epsilon and prior_std'}
+    fields: typing.ClassVar[dict] = {'num_particles': 'in [2, 100000]: n_p; the cost of an update is proportional to it, default 1000', 'period': 's, > 0: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.0666667', 'likelihood': 'one of "paper", "friction_cone": eq. (6) to (8), or contacts with friction, default "friction_cone"', 'scatter_mean': 'in [-1, 1]: alpha of the scatter N(alpha, Sigma): mean per axis and update, default 0', 'scatter_std': 'in [0, 1]: Sigma of the scatter: standard deviation per axis and update; larger follows a turning normal faster, but spreads more, default 0.025', 'update_thresholds': 'ForceSpaceParticleFilterThresholds: weigh the tentative particle, which decides how many are added', 'resampling_thresholds': 'ForceSpaceParticleFilterThresholds: weigh every particle when resampling', 'alpha_add': 'in (0, 1): share of the largest singular value above which a direction is added, default 0.5', 'alpha_remove': 'in (0, alpha_add]: share of it below which a direction is removed, default 0.1', 'dimension_rule': 'one of "clamped", "printed": of Algorithm 3: as printed, a dimension that has to change goes to the farther bound, default "clamped"', 'epsilon': 'in [1e-12, 0.1]: vectors no longer than this count as zero (N for the commands), default 1e-06', 'prior_particles': 'in [0, 100000]: that each prior normal adds to an update, default 50', 'prior_std': 'rad, in (0, pi]: how sure a prior is for which nothing else is said, standard deviation per axis, default 0.1', 'friction_cone': 'FrictionConeParams: of likelihood "friction_cone", which uses nothing else but num_particles, period, epsilon and prior_std'}
     def __copy__(self) -> ForceSpaceParticleFilterParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceSpaceParticleFilterParams:
@@ -1792,6 +1808,14 @@ class ForceSpaceParticleFilterParams:
         """
     @alpha_remove.setter
     def alpha_remove(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def dimension_rule(self) -> str:
+        """
+        one of "clamped", "printed": of Algorithm 3: as printed, a dimension that has to change goes to the farther bound, default "clamped"
+        """
+    @dimension_rule.setter
+    def dimension_rule(self, arg1: typing.Any) -> None:
         ...
     @property
     def epsilon(self) -> float:
@@ -2256,7 +2280,7 @@ class ForceTorqueAdapterParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
+    fields: typing.ClassVar[dict] = {'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'max_force': 'N, > 0: that the sensor measures, per axis: a sample beyond it is none, and refused like one that is not finite, default 500', 'max_moment': 'N m, > 0: likewise, default 50', 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
     def __copy__(self) -> ForceTorqueAdapterParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceTorqueAdapterParams:
@@ -2293,6 +2317,22 @@ class ForceTorqueAdapterParams:
         """
     @gravity.setter
     def gravity(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_force(self) -> float:
+        """
+        N, > 0: that the sensor measures, per axis: a sample beyond it is none, and refused like one that is not finite, default 500
+        """
+    @max_force.setter
+    def max_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_moment(self) -> float:
+        """
+        N m, > 0: likewise, default 50
+        """
+    @max_moment.setter
+    def max_moment(self, arg1: typing.Any) -> None:
         ...
     @property
     def period(self) -> float:
@@ -3752,7 +3792,7 @@ class HapticControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'method': 'one of "open_loop", "force_feedback", "position": for a light device, one with a force sensor, a heavy one, default "open_loop"', 'force_damping': "N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum; not with `position`, which has its own, default 27", 'force_gain': ">= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this, default 8", 'force_integral_gain': '1/s, >= 0: Kif_h, of force_feedback, default 30', 'max_integral_force': 'N, >= 0: bound on what the integral adds, default 10', 'force_filter_cutoff': 'Hz, >= 0: low-pass of the sensed force; 0 is none, default 30', 'position_stiffness': 'N/m, >= 0: of `position`, towards the haptic proxy, default 4000', 'position_damping': 'N s/m, >= 0: of `position`, in force space, default 150', 'position_force_rate': "N/s, > 0: bound on the change of that spring's force, whose proxy moves with each message, default 300", 'max_force': "N, >= 0: the device's maximum, default 12", 'max_moment': 'N m, >= 0: 0 for a device without moments, default 0', 'selection_blend_time': 's, >= 0: in which the damping of a new selection takes over; 0 switches at once, as printed, default 0.03', 'period': "s, > 0: of the device's control, default 0.001"}
+    fields: typing.ClassVar[dict] = {'method': 'one of "open_loop", "force_feedback", "position": for a light device, one with a force sensor, a heavy one, default "open_loop"', 'force_damping': "N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum; not with `position`, which has its own, default 27", 'force_gain': ">= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this; for heavy devices: with a light one the loop swings (a scenario refuses it), default 8", 'force_integral_gain': '1/s, >= 0: Kif_h, of force_feedback, default 30', 'max_integral_force': 'N, >= 0: bound on what the integral adds, default 10', 'force_filter_cutoff': 'Hz, >= 0: low-pass of the sensed force; 0 is none, default 30', 'position_stiffness': "N/m, >= 0: of `position`, towards the haptic proxy: the hand feels this / k_vir_h times the robot's force, as much as the robot where k_vir_r is this / map.scale, default 4000", 'position_damping': 'N s/m, >= 0: of `position`, in force space, default 150', 'position_force_rate': "N/s, > 0: bound on the change of that spring's force, whose proxy moves with each message, default 300", 'max_force': "N, >= 0: the device's maximum, default 12", 'max_moment': 'N m, >= 0: 0 for a device without moments, default 0', 'selection_blend_time': 's, >= 0: in which the damping of a new selection takes over; 0 switches at once, as printed, default 0.03', 'period': "s, > 0: of the device's control, default 0.001"}
     def __copy__(self) -> HapticControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> HapticControllerParams:
@@ -3793,7 +3833,7 @@ class HapticControllerParams:
     @property
     def force_gain(self) -> float:
         """
-        >= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this, default 8
+        >= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this; for heavy devices: with a light one the loop swings (a scenario refuses it), default 8
         """
     @force_gain.setter
     def force_gain(self, arg1: typing.Any) -> None:
@@ -3865,7 +3905,7 @@ class HapticControllerParams:
     @property
     def position_stiffness(self) -> float:
         """
-        N/m, >= 0: of `position`, towards the haptic proxy, default 4000
+        N/m, >= 0: of `position`, towards the haptic proxy: the hand feels this / k_vir_h times the robot's force, as much as the robot where k_vir_r is this / map.scale, default 4000
         """
     @position_stiffness.setter
     def position_stiffness(self, arg1: typing.Any) -> None:
@@ -4224,7 +4264,7 @@ class ForceTorqueSensorParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'force_noise_std': 'N, >= 0: standard deviation of white noise per axis and sample, default 0.2', 'moment_noise_std': 'N m, >= 0: likewise of moments, default 0.005', 'force_bias': '(3,), N: in S: constant error, default 0', 'moment_bias': '(3,), N m: in S: constant error, default 0', 'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
+    fields: typing.ClassVar[dict] = {'force_noise_std': 'N, >= 0: standard deviation of white noise per axis and sample, default 0.2', 'moment_noise_std': 'N m, >= 0: likewise of moments, default 0.005', 'force_bias': '(3,), N: in S: constant error, default 0', 'moment_bias': '(3,), N m: in S: constant error, default 0', 'force_drift': '(3,), N/s: in S: by which force_bias goes on, default 0', 'force_step': 'N, >= 0: between the values that the sensor can give, default 0', 'moment_step': 'N m, >= 0: likewise of moments, default 0', 'dropout': 'in [0, 1]: share of samples that do not come: the last one stands, default 0', 'spike_rate': '1/s, in [0, 100]: of spikes, each one sample long, default 0', 'spike_force': 'N, >= 0: size of a spike, in any direction, default 20', 'delay': 's, in [0, 0.1]: before a sample comes, in whole periods, default 0', 'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'max_force': 'N, > 0: that the sensor measures, per axis: a sample beyond it is none, and refused like one that is not finite, default 500', 'max_moment': 'N m, > 0: likewise, default 50', 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
     def __copy__(self) -> ForceTorqueSensorParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceTorqueSensorParams:
@@ -4255,12 +4295,36 @@ class ForceTorqueSensorParams:
     def cutoff(self, arg1: typing.Any) -> None:
         ...
     @property
+    def delay(self) -> float:
+        """
+        s, in [0, 0.1]: before a sample comes, in whole periods, default 0
+        """
+    @delay.setter
+    def delay(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def dropout(self) -> float:
+        """
+        in [0, 1]: share of samples that do not come: the last one stands, default 0
+        """
+    @dropout.setter
+    def dropout(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def force_bias(self) -> numpy.typing.NDArray[numpy.float64]:
         """
         (3,), N: in S: constant error, default 0
         """
     @force_bias.setter
     def force_bias(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_drift(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), N/s: in S: by which force_bias goes on, default 0
+        """
+    @force_drift.setter
+    def force_drift(self, arg1: typing.Any) -> None:
         ...
     @property
     def force_noise_std(self) -> float:
@@ -4271,12 +4335,36 @@ class ForceTorqueSensorParams:
     def force_noise_std(self, arg1: typing.Any) -> None:
         ...
     @property
+    def force_step(self) -> float:
+        """
+        N, >= 0: between the values that the sensor can give, default 0
+        """
+    @force_step.setter
+    def force_step(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def gravity(self) -> float:
         """
         m/s^2, >= 0: along -z of B, default 9.81
         """
     @gravity.setter
     def gravity(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_force(self) -> float:
+        """
+        N, > 0: that the sensor measures, per axis: a sample beyond it is none, and refused like one that is not finite, default 500
+        """
+    @max_force.setter
+    def max_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_moment(self) -> float:
+        """
+        N m, > 0: likewise, default 50
+        """
+    @max_moment.setter
+    def max_moment(self, arg1: typing.Any) -> None:
         ...
     @property
     def moment_bias(self) -> numpy.typing.NDArray[numpy.float64]:
@@ -4295,12 +4383,36 @@ class ForceTorqueSensorParams:
     def moment_noise_std(self, arg1: typing.Any) -> None:
         ...
     @property
+    def moment_step(self) -> float:
+        """
+        N m, >= 0: likewise of moments, default 0
+        """
+    @moment_step.setter
+    def moment_step(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def period(self) -> float:
         """
         s, > 0: between samples, default 0.001
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def spike_force(self) -> float:
+        """
+        N, >= 0: size of a spike, in any direction, default 20
+        """
+    @spike_force.setter
+    def spike_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def spike_rate(self) -> float:
+        """
+        1/s, in [0, 100]: of spikes, each one sample long, default 0
+        """
+    @spike_rate.setter
+    def spike_rate(self, arg1: typing.Any) -> None:
         ...
     @property
     def tare(self) -> bool:
@@ -5299,7 +5411,7 @@ class WaveVariablesParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'wave_impedance': 'N s/m, > 0: b: small for free motion, large for stiff contact, default 40', 'robot_stiffness': 'N/m, >= 0: Ks, default 440', 'robot_damping': 'N s/m, >= 0: Bs; with that of wave_impedance no wave is thrown back before it has moved the robot, default 40', 'max_robot_force': 'N, >= 0: bound on |F_c|, default 60', 'force_scale': '> 0: kappa: share of f_d that the hand feels, default 1', 'wave_cutoff': 'Hz, >= 0: low-pass of received waves against the ripple of their messages, 0 is none, default 20', 'healing_time': "s, >= 0: in which received waves make good what late and lost messages did; less than a message's interval is that, default 0.5", 'energy_reserve': 'J, >= 0: E_res: what may be played of each wave before it has come, default 0.05', 'release_rate': "N/s, > 0: at which the hand's force goes to zero without a link, default 20"}
+    fields: typing.ClassVar[dict] = {'wave_impedance': 'N s/m, > 0: b: small for free motion, large for stiff contact, default 40', 'robot_stiffness': 'N/m, >= 0: Ks, default 440', 'robot_damping': 'N s/m, >= 0: Bs; with that of wave_impedance no wave is thrown back before it has moved the robot, default 40', 'max_robot_force': 'N, >= 0: bound on |F_c|, default 60', 'force_scale': '> 0: kappa: share of f_d that the hand feels, default 1', 'wave_cutoff': 'Hz, >= 0: low-pass of received waves against the ripple of their messages, which makes the link 1 / (2 pi this) longer; 0 is none: a touch then comes to the hand in steps of newtons, default 20', 'healing_time': "s, >= 0: in which received waves make good what late and lost messages did; less than a message's interval is that, default 0.5", 'energy_reserve': 'J, >= 0: E_res: what may be played of each wave before it has come, default 0.05', 'release_rate': "N/s, > 0: at which the hand's force goes to zero without a link, default 20"}
     def __copy__(self) -> WaveVariablesParams:
         ...
     def __deepcopy__(self, memo: dict) -> WaveVariablesParams:
@@ -5380,7 +5492,7 @@ class WaveVariablesParams:
     @property
     def wave_cutoff(self) -> float:
         """
-        Hz, >= 0: low-pass of received waves against the ripple of their messages, 0 is none, default 20
+        Hz, >= 0: low-pass of received waves against the ripple of their messages, which makes the link 1 / (2 pi this) longer; 0 is none: a touch then comes to the hand in steps of newtons, default 20
         """
     @wave_cutoff.setter
     def wave_cutoff(self, arg1: typing.Any) -> None:
@@ -5714,6 +5826,14 @@ class AngularFilterParams:
         """
     @alpha_remove.setter
     def alpha_remove(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def dimension_rule(self) -> str:
+        """
+        one of "clamped", "printed": of Algorithm 3: as printed, a dimension that has to change goes to the farther bound, default "clamped"
+        """
+    @dimension_rule.setter
+    def dimension_rule(self, arg1: typing.Any) -> None:
         ...
     @property
     def enabled(self) -> bool:
@@ -7266,13 +7386,57 @@ class _DrakeSurface:
     @property
     def size(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         ...
-class LinkParams:
+class ClockParams:
     """
-    Both directions of the link alike; in a scenario the keys of all three stand directly in `link`.
+    A clock that is wrong.
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'sender': 'PoseSenderParams: of messages', 'channel': 'CommunicationChannelParams: that carries them', 'monitor': 'LinkMonitorParams: of those that arrive'}
+    fields: typing.ClassVar[dict] = {'clock_offset': "s, in [-10, 10]: of the device's clock at time 0, ahead of the robot's, default 0", 'clock_drift': 'in [-0.01, 0.01]: by how much it goes too fast, in seconds per second, default 0'}
+    def __copy__(self) -> ClockParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> ClockParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def clock_drift(self) -> float:
+        """
+        in [-0.01, 0.01]: by how much it goes too fast, in seconds per second, default 0
+        """
+    @clock_drift.setter
+    def clock_drift(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def clock_offset(self) -> float:
+        """
+        s, in [-10, 10]: of the device's clock at time 0, ahead of the robot's, default 0
+        """
+    @clock_offset.setter
+    def clock_offset(self, arg1: typing.Any) -> None:
+        ...
+class LinkParams:
+    """
+    Both directions of the link alike; in a scenario the keys of all of them stand directly in `link`.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'sender': 'PoseSenderParams: of messages', 'channel': 'CommunicationChannelParams: that carries them', 'monitor': 'LinkMonitorParams: of those that arrive', 'clock': "ClockParams: of the device's side"}
     def __copy__(self) -> LinkParams:
         ...
     def __deepcopy__(self, memo: dict) -> LinkParams:
@@ -7309,6 +7473,30 @@ class LinkParams:
         """
     @channel.setter
     def channel(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def clock(self) -> ClockParams:
+        """
+        ClockParams: of the device's side
+        """
+    @clock.setter
+    def clock(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def clock_drift(self) -> float:
+        """
+        in [-0.01, 0.01]: by how much it goes too fast, in seconds per second, default 0
+        """
+    @clock_drift.setter
+    def clock_drift(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def clock_offset(self) -> float:
+        """
+        s, in [-10, 10]: of the device's clock at time 0, ahead of the robot's, default 0
+        """
+    @clock_offset.setter
+    def clock_offset(self, arg1: typing.Any) -> None:
         ...
     @property
     def delay(self) -> float:
@@ -7558,6 +7746,142 @@ class OperatorParams:
     @waypoints.setter
     def waypoints(self, arg1: typing.Any) -> None:
         ...
+class InputFault:
+    """
+    An input of the loop that is wrong for a while.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'input': 'one of "robot_position", "robot_velocity", "sensor", "device_pose", "device_velocity", "message_to_robot", "message_to_device", "selections": of the loop, default "sensor"', 'kind': 'one of "nan", "infinite", "huge", "denormal", "frozen", "flipping", "tilted": of all its numbers: what they are instead; flipping and tilted are for selections, a table\'s direction in every other period and 45 deg off, default "nan"', 'start': 's, >= 0: of the fault, default 0', 'end': 's, >= 0: later than that, default 0'}
+    def __copy__(self) -> InputFault:
+        ...
+    def __deepcopy__(self, memo: dict) -> InputFault:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def end(self) -> float:
+        """
+        s, >= 0: later than that, default 0
+        """
+    @end.setter
+    def end(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def input(self) -> str:
+        """
+        one of "robot_position", "robot_velocity", "sensor", "device_pose", "device_velocity", "message_to_robot", "message_to_device", "selections": of the loop, default "sensor"
+        """
+    @input.setter
+    def input(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def kind(self) -> str:
+        """
+        one of "nan", "infinite", "huge", "denormal", "frozen", "flipping", "tilted": of all its numbers: what they are instead; flipping and tilted are for selections, a table's direction in every other period and 45 deg off, default "nan"
+        """
+    @kind.setter
+    def kind(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def start(self) -> float:
+        """
+        s, >= 0: of the fault, default 0
+        """
+    @start.setter
+    def start(self, arg1: typing.Any) -> None:
+        ...
+class ArmMismatchParams:
+    """
+    What a simulated arm is that its controllers do not know of.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'mass_scale': 'in [0.5, 2]: by which masses and inertias of all links but the tool are multiplied, default 1', 'payload': 'kg, in [0, 3]: a point at the tool point, which the wrist sensor carries, default 0', 'tool_offset': '(3,), m, in [-0.1, 0.1]: in E: from the tool point to where the tool ends, default 0', 'joint_friction': "N m, in [0, 10]: Coulomb's in each joint, default 0", 'torque_step': 'N m, in [0, 1]: between the torques that the joints can give, default 0', 'torque_delay': 'periods, in [0, 4]: before a torque acts, default 0'}
+    def __copy__(self) -> ArmMismatchParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> ArmMismatchParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def joint_friction(self) -> float:
+        """
+        N m, in [0, 10]: Coulomb's in each joint, default 0
+        """
+    @joint_friction.setter
+    def joint_friction(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def mass_scale(self) -> float:
+        """
+        in [0.5, 2]: by which masses and inertias of all links but the tool are multiplied, default 1
+        """
+    @mass_scale.setter
+    def mass_scale(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def payload(self) -> float:
+        """
+        kg, in [0, 3]: a point at the tool point, which the wrist sensor carries, default 0
+        """
+    @payload.setter
+    def payload(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def tool_offset(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m, in [-0.1, 0.1]: in E: from the tool point to where the tool ends, default 0
+        """
+    @tool_offset.setter
+    def tool_offset(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def torque_delay(self) -> int:
+        """
+        periods, in [0, 4]: before a torque acts, default 0
+        """
+    @torque_delay.setter
+    def torque_delay(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def torque_step(self) -> float:
+        """
+        N m, in [0, 1]: between the torques that the joints can give, default 0
+        """
+    @torque_step.setter
+    def torque_step(self, arg1: typing.Any) -> None:
+        ...
 class Claim:
     """
     What is said of a scene, by the paper or as an aim of this project, as a range for one of a run's metrics.
@@ -7666,7 +7990,7 @@ class Scenario:
     SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force', 'position_position', 'four_channel', 'tdpa', 'wave_variables', 'model_mediated')
     __hash__: typing.ClassVar[None] = None
     _fields: typing.ClassVar[list]
-    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda", "point_mass": what the tool is on; a point has no Drake plant, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "SceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of an arm', 'point_controller': 'PointControllerParams: of a point mass', 'point_mass': 'PointRobotParams: the robot that is one', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'planner': 'LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'operator_aids': "OperatorAidsParams: of the device's side; a schedule of the operator's turns their buttons on", 'gripper': "GripperParams: of the robot; a schedule of the operator's enables it", 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do', 'claims': 'list of Claim: what is said of it; no run needs them'}
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda", "point_mass": what the tool is on; a point has no Drake plant, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "SceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of an arm', 'point_controller': 'PointControllerParams: of a point mass', 'point_mass': 'PointRobotParams: the robot that is one', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'planner': 'LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'operator_aids': "OperatorAidsParams: of the device's side; a schedule of the operator's turns their buttons on", 'gripper': "GripperParams: of the robot; a schedule of the operator's enables it", 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do', 'mismatch': 'ArmMismatchParams: what the arm of engine bare is that its controllers do not know of', 'faults': 'list of InputFault: inputs of the loop that are wrong for a while', 'claims': 'list of Claim: what is said of it; no run needs them'}
     def __copy__(self) -> Scenario:
         ...
     def __deepcopy__(self, memo: dict) -> Scenario:
@@ -7694,6 +8018,10 @@ class Scenario:
         whether it is densely sampled; rotation vectors from map.R_cw, (n, 3), rad, in B, or (0, 3)
         for none; of a recording, lengths in it per length recorded, else 1, and a line about it,
         else "". Raises ScenarioError if a recording cannot be read.
+        """
+    def _check_for_drake(self, fused: bool) -> None:
+        """
+        Raises ScenarioError if there is something that a Drake diagram has not; fused: whether the loop is one system.
         """
     def _read(self, mapping: dict) -> None:
         """
@@ -7806,6 +8134,14 @@ class Scenario:
     def extend_for_delay(self, arg1: typing.Any) -> None:
         ...
     @property
+    def faults(self) -> tuple:
+        """
+        list of InputFault: inputs of the loop that are wrong for a while
+        """
+    @faults.setter
+    def faults(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def filter(self) -> ForceSpaceParticleFilterParams:
         """
         ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md
@@ -7865,6 +8201,14 @@ class Scenario:
         """
     @map.setter
     def map(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def mismatch(self) -> ArmMismatchParams:
+        """
+        ArmMismatchParams: what the arm of engine bare is that its controllers do not know of
+        """
+    @mismatch.setter
+    def mismatch(self, arg1: typing.Any) -> None:
         ...
     @property
     def name(self) -> str:
@@ -7983,6 +8327,10 @@ class _ArmEngine:
         """
         Runs up to `time`, s, and logs every control period.
         """
+    def watched(self) -> list:
+        """
+        What was watched so far: [(name, unit, value, time, most, detail)]; see experiment/run_watch.h.
+        """
     @property
     def layout(self) -> dict:
         """
@@ -8000,6 +8348,10 @@ class _PointMassEngine:
     def advance_to(self, time: typing.SupportsFloat | typing.SupportsIndex) -> None:
         """
         Runs up to `time`, s, and logs every control period.
+        """
+    def watched(self) -> list:
+        """
+        What was watched so far: [(name, unit, value, time, most, detail)]; see experiment/run_watch.h.
         """
     @property
     def layout(self) -> dict:
@@ -8580,9 +8932,9 @@ def _make_TeleopLoop(arg0: Scenario, arg1: ArmModelParams, arg2: typing.Supports
     ...
 def _make_WindowMean(arg0: typing.SupportsFloat | typing.SupportsIndex, arg1: typing.SupportsFloat | typing.SupportsIndex) -> _Block:
     ...
-def _make_arm_engine(scenario: Scenario, arm: ArmModelParams, q_start: typing.Any, duration: typing.SupportsFloat | typing.SupportsIndex) -> _ArmEngine:
+def _make_arm_engine(scenario: Scenario, arm: ArmModelParams, q_start: typing.Any, duration: typing.SupportsFloat | typing.SupportsIndex, rest: typing.SupportsFloat | typing.SupportsIndex | None = None) -> _ArmEngine:
     """
-    An engine for a scenario with an arm.
+    An engine for a scenario with an arm; with `rest`, s, the run is watched, that long before its end to be at rest, and not logged.
     """
 def _make_drake_scene(params: SceneParams) -> tuple[_DrakeMaterial, list[_DrakeSurface]]:
     """
@@ -8594,9 +8946,9 @@ def _make_picture(params: SceneParams) -> list[_DrakeSurface]:
     """
     List of _DrakeSurface: what is to be seen.
     """
-def _make_point_mass_engine(scenario: Scenario, duration: typing.SupportsFloat | typing.SupportsIndex) -> _PointMassEngine:
+def _make_point_mass_engine(scenario: Scenario, duration: typing.SupportsFloat | typing.SupportsIndex, rest: typing.SupportsFloat | typing.SupportsIndex | None = None) -> _PointMassEngine:
     """
-    An engine for a scenario with a point mass.
+    Likewise for a scenario with a point mass.
     """
 def _map_device_positions(map: WorkspaceMapParams, x_D: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
@@ -8647,6 +8999,10 @@ def _single_contact_truth(force: typing.Any, normal: typing.Any, on_tool: bool) 
     """
     `_ContactTruth.to_vector()` of one contact as Drake gives it: the force on body B and the
     normal from B to A, B being the tool or not.
+    """
+def _watch_log(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], signals: collections.abc.Sequence[tuple[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]]], store: _RunLogStore | None, scenario: Scenario, duration: typing.SupportsFloat | typing.SupportsIndex, rest: typing.SupportsFloat | typing.SupportsIndex) -> list:
+    """
+    [(name, unit, value, time, most, detail)] of a log; see experiment/run_watch.h.
     """
 def calc_operational_space_inertia(jacobian: typing.Any, mass: typing.Any, max_mass: typing.SupportsFloat | typing.SupportsIndex = 50.0, length: typing.SupportsFloat | typing.SupportsIndex = 0.2) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"], bool]:
     """
