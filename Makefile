@@ -7,7 +7,7 @@ JOBS ?= 2
 CPP_FILES = $(shell git ls-files '*.h' '*.cc')
 READY := $(VENV)/.ready
 
-.PHONY: demo test build lint format stubs figures bench-filter-speed clean
+.PHONY: demo test build lint format stubs figures bench-filter-speed sanitize clean
 
 demo: build  ## Run scene `plane` and write its report to out/demo
 	$(BIN)/dual-proxy run plane --delay 0.05 --out out/demo
@@ -67,6 +67,20 @@ figures: build  ## Print the tables of README and docs, draw the README's pictur
 	$(BIN)/dual-proxy bench filter --page docs/benchmarks.md
 	$(BIN)/python benchmarks/filter_rates.py --page docs/benchmarks.md
 	$(BIN)/python benchmarks/filter_choices.py --page docs/filter.md
+
+# Without Drake and Python, whose binaries are not instrumented.
+sanitize: $(READY)  ## Run the C++ tests under address, undefined and thread sanitizers
+	@set -e; for checks in address,undefined thread; do \
+	  echo "-fsanitize=$$checks"; \
+	  folder=build/sanitize-$${checks%%,*}; \
+	  env -u DRAKE_INCLUDE_DIR $(BIN)/cmake -S . -B $$folder -G Ninja \
+	    -DCMAKE_MAKE_PROGRAM=$(abspath $(BIN))/ninja --log-level=WARNING \
+	    -DPython_EXECUTABLE=$(abspath $(BIN))/python \
+	    -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O1 \
+	    -DDUAL_PROXY_BUILD_PYTHON=OFF -DDUAL_PROXY_SANITIZE=$$checks; \
+	  $(BIN)/cmake --build $$folder -j $(JOBS); \
+	  $(BIN)/ctest --test-dir $$folder --output-on-failure -j $(JOBS) -LE install; \
+	done
 
 bench-filter-speed: build  ## Time the particle filter, beside a textbook's
 	$(BIN)/python benchmarks/filter_speed.py --page docs/benchmarks.md

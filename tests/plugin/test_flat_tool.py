@@ -111,6 +111,7 @@ def test_without_the_angular_filter_the_tool_rides_on_its_edge(run):
         "clutched",
         "force_gain",
         "fixture_force",
+        "gripper_width_command",
     }
     assert list(run.log.columns) == [
         column

@@ -116,7 +116,10 @@ def test_cases_shrink_to_what_they_need():
         "plane",
         "position_force",
         0,
-        {"friction": {"scene.friction": 0.1}, "delay": {"link.delay": 0.3}},
+        {
+            "friction": {"scene.friction": 0.1},
+            "delay": {"link.delay": 0.3} | maps._press(0.3),
+        },
     )
     (before,) = bench.run([case])
     assert not before.stable
