@@ -11,6 +11,7 @@
 
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/experiment/arm_limit_check.h"
+#include "dual_proxy/experiment/monotone_fit.h"
 #include "dual_proxy/experiment/number_text.h"
 #include "dual_proxy/experiment/quantile.h"
 
@@ -31,16 +32,19 @@ constexpr double kLostForce = 0.05;
 /** A contact is new, and the robot in the air, if there was no contact for so
 long, s. */
 constexpr double kNewContactPause = 0.1;
-/** The hand lifts when it moves out of the surface faster than this, m/s. */
+/** The hand lifts when it moves out of the surface faster than this, and rests
+when it moves slower, m/s. */
 constexpr double kLiftSpeed = 1e-3;
-/** Contact is steady so long after 3 x delay, s; and so long another number of
-contacts has to last to count as another touch. */
+/** Contact is steady so long after 3 x delay, s; so long another number of
+contacts has to last to count as another touch, and a rest to be looked at. */
 constexpr double kSettlingTime = 1.0;
 /** Window of the moving average that the `_ac_` metrics remove, s. */
 constexpr double kAcWindow = 0.5;
 /** The hand is in the air so long after 2 x delay, s: an F_h of 12 N fades at
 20 N/s, and a link of a few hertz has its period. */
 constexpr double kFadingTime = 1.0;
+/** `robot_link_status` and `haptic_link_status` of a lost link. */
+constexpr double kLinkLost = 2;
 /** Times that differ by less are the same, s. */
 constexpr double kTimeTolerance = 1e-9;
 
@@ -95,6 +99,14 @@ constexpr MetricDescription kMetrics[] = {
      "RMS of the force on the hand in steady contact, less its moving average "
      "over 0.5 s"},
     {"contact_force_ac_N", "N", "the same of the true contact force"},
+    {"haptic_force_swing_contact_N", "N",
+     "how much the force on the hand along the true normal goes to and fro in "
+     "steady contact, while the hand's intended position rests along it: RMS "
+     "about the nearest course that only rises or only falls; of a stretch of "
+     "1 s or more with the link and without a planner, the largest"},
+    {"haptic_force_swing_air_N", "N",
+     "the same of the force's three components while the hand is in the air "
+     "and its intended position rests"},
     {"observed_energy_min_J", "J",
      "least energy that the passivity observer saw"},
     {"tool_speed_max_m_s", "m/s", "largest speed of the tool point"},
@@ -199,17 +211,21 @@ struct Truth {
   std::vector<Interval> presses;
   /** [start, lift) of steady contact. */
   std::vector<Interval> steady;
+  /** Of those and of the hand in the air, where the hand rests, along the
+  normal or altogether, for long enough, and the link is not lost. */
+  std::vector<Interval> steady_rests;
+  std::vector<Interval> air_rests;
 };
 
-/** Where there is no contact, and was none for longer than `pause` (s). */
-Mask FindAir(const VectorXd& time, const Mask& contact, double pause) {
-  Mask air = !contact;
+/** Where something is not so, and was not for longer than `pause` (s). */
+Mask FindAbsence(const VectorXd& time, const Mask& some, double pause) {
+  Mask absent = !some;
   double last = -std::numeric_limits<double>::infinity();
   for (Index i = 0; i < time.size(); ++i) {
-    if (contact(i)) last = time(i);
-    if (time(i) - last <= pause) air(i) = false;
+    if (some(i)) last = time(i);
+    if (time(i) - last <= pause) absent(i) = false;
   }
-  return air;
+  return absent;
 }
 
 /** The parts of a press between which another surface is touched, too, or no
@@ -234,6 +250,47 @@ std::vector<Interval> FindTouches(const VectorXd& time,
   return touches;
 }
 
+/** Finds where the hand rests, from its intended position in B. */
+void FindRests(const RunLog& log, const MatrixX3d& hand, double delay,
+               Truth* truth) {
+  const VectorXd& time = log.time;
+  // From the hand, by what is no swing.
+  Mask taken = Mask::Constant(time.size(), false);
+  for (const char* status : {"robot_link_status", "haptic_link_status"}) {
+    if (log.Has(status)) {
+      taken = taken || log.Signal<1>(status).array() == kLinkLost;
+    }
+  }
+  if (log.Has("planner_selection")) {
+    taken = taken ||
+            (log.Signal<9>("planner_selection").array() != 0).rowwise().any();
+  }
+  const Mask left = FindAbsence(time, taken, 3 * delay + kSettlingTime);
+  Mask steady = Mask::Constant(time.size(), false);
+  for (const Interval& interval : truth->steady) {
+    steady.segment(interval.begin, interval.size()).setConstant(true);
+  }
+  Mask in_contact = Mask::Constant(time.size(), false);
+  Mask in_air = in_contact;
+  for (Index i = 1; i < time.size(); ++i) {
+    const RowVector3d velocity =
+        (hand.row(i) - hand.row(i - 1)) / (time(i) - time(i - 1));
+    in_contact(i) = steady(i) && left(i) &&
+                    std::abs(velocity.dot(truth->normal.row(i))) < kLiftSpeed;
+    in_air(i) = truth->hand_air(i) && left(i) && velocity.norm() < kLiftSpeed;
+  }
+  const auto long_ones = [&time](const Mask& mask) {
+    std::vector<Interval> rests = FindIntervals(mask);
+    std::erase_if(rests, [&time](const Interval& rest) {
+      return time(rest.end - 1) - time(rest.begin) <
+             kSettlingTime - kTimeTolerance;
+    });
+    return rests;
+  };
+  truth->steady_rests = long_ones(in_contact);
+  truth->air_rests = long_ones(in_air);
+}
+
 Truth FindTruth(const RunLog& log, const MetricsParams& params) {
   const VectorXd& time = log.time;
   const auto contact_normal = log.Signal<3>("contact_normal");
@@ -244,8 +301,9 @@ Truth FindTruth(const RunLog& log, const MetricsParams& params) {
   Truth truth;
   truth.touching = FindTouching(log);
   truth.contact = truth.touching || dimension.array() > 0;
-  truth.air = FindAir(time, truth.contact, kNewContactPause);
-  truth.hand_air = FindAir(time, truth.contact, 2 * params.delay + kFadingTime);
+  truth.air = FindAbsence(time, truth.contact, kNewContactPause);
+  truth.hand_air =
+      FindAbsence(time, truth.contact, 2 * params.delay + kFadingTime);
   truth.normal.setZero(time.size(), 3);
   Mask pressing = Mask::Constant(time.size(), false);
   Index last = -1;  // Row of the last contact.
@@ -278,6 +336,7 @@ Truth FindTruth(const RunLog& log, const MetricsParams& params) {
       if (start < touch.end) truth.steady.push_back({start, touch.end});
     }
   }
+  FindRests(log, hand, params.delay, &truth);
   return truth;
 }
 
@@ -367,6 +426,25 @@ double CalcSteadyStd(const VectorXd& values, const Truth& truth) {
     count += interval.size();
   }
   return std::sqrt(squares / static_cast<double>(count));
+}
+
+/** The largest swing of a force, (n, 1) or (n, 3), in some stretches: see
+metrics.h. */
+MetricValue CalcSwing(const Eigen::Ref<const Eigen::MatrixXd>& force,
+                      const std::vector<Interval>& stretches) {
+  if (stretches.empty()) return {};
+  double largest = 0;
+  for (const Interval& stretch : stretches) {
+    double squares = 0;
+    for (Index k = 0; k < force.cols(); ++k) {
+      squares += CalcMonotoneResidual(
+          force.col(k).segment(stretch.begin, stretch.size()));
+    }
+    squares /= static_cast<double>(stretch.size());
+    if (!std::isfinite(squares)) return {};
+    largest = std::max(largest, squares);
+  }
+  return std::sqrt(largest);
 }
 
 int CountContactLosses(const RunLog& log, const Truth& truth) {
@@ -478,6 +556,10 @@ void AddForceMetrics(const RunLog& log, const MetricsParams& params,
     values->at("contact_force_ac_N") =
         CalcAcRms(log.time, contact_force, truth);
   }
+  values->at("haptic_force_swing_contact_N") =
+      CalcSwing(along, truth.steady_rests);
+  values->at("haptic_force_swing_air_N") =
+      CalcSwing(device_force, truth.air_rests);
 }
 
 /** Mean angle, deg, between the one free axis that a selection leaves and the

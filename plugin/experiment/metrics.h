@@ -33,7 +33,18 @@ is *in the air* while there is none, and was none in the 0.1 s before: a filter
 may take that long to let go. The hand learns of it one delay later, and what it
 feels then fades at a limited rate: the hand is *in the air* from 2 x delay +
 1 s after the last true contact. What was true at the start of a run, no
-contact, counts as having been so for long. */
+contact, counts as having been so for long.
+
+A force *swings* by what it goes to and fro while the hand does not: its RMS
+about the nearest course (least squares) that only rises or only falls. That
+takes away where it has been led and how slowly it settles, and leaves
+oscillations of any period of which the stretch that is looked at has one or
+more. Such a stretch is 1 s or longer, in it the hand's intended position rests
+(moves slower than 1 mm/s, in the robot's scale), and neither is the link lost
+nor has a planner taken directions over, nor was so in the 3 x delay + 1 s
+before. In steady contact that is judged along the true normal: the hand may
+slide meanwhile. In the air the hand has to rest altogether, as drag follows its
+motion. */
 
 /** What a metric means. */
 struct MetricDescription {

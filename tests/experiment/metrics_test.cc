@@ -159,7 +159,7 @@ class MetricsTest : public testing::Test {
 TEST_F(MetricsTest, KeysAreAllOfTheTableInOrder) {
   const Metrics metrics = ComputeMetrics(log_, params_);
   ASSERT_EQ(metrics.size(), MetricDescriptions().size());
-  EXPECT_EQ(metrics.size(), 38u);
+  EXPECT_EQ(metrics.size(), 40u);
   for (std::size_t i = 0; i < metrics.size(); ++i) {
     EXPECT_EQ(metrics[i].first, MetricDescriptions()[i].key);
   }
@@ -237,6 +237,8 @@ TEST_F(MetricsTest, PerfectRun) {
         "torque_rate_max_Nm_s"}) {
     EXPECT_NEAR(Number(key), 0, 1e-12) << key;
   }
+  EXPECT_EQ(Number("haptic_force_swing_contact_N"), 0);
+  EXPECT_EQ(Number("haptic_force_swing_air_N"), 0);
   EXPECT_EQ(Number("dimension_accuracy"), 1);
   EXPECT_EQ(Number("dimension_accuracy_total"), 1);
   EXPECT_NEAR(Number("contact_time_s"), kContactEnd - kContactStart, 1e-9);
@@ -463,6 +465,79 @@ TEST_F(MetricsTest, AnotherTouchIsNotAVaryingForce) {
   EXPECT_GT(Number("haptic_force_std_contact_N"), 1);
 }
 
+// A force that swings slowly, which neither its AC nor, in the air, anything
+// else shows.
+TEST_F(MetricsTest, ASlowSwingIsSeenInContactAndInTheAir) {
+  const auto swing = [this](double period, double begin, double end) {
+    Columns("device_force").setZero();
+    for (int i = At(begin); i < At(end); ++i) {
+      Column("device_force", 2)(i) =
+          3 * std::sin(2 * kPi * log_.time(i) / period);
+    }
+  };
+  swing(6, 4, 16);
+  EXPECT_GT(Number("haptic_force_swing_contact_N"), 1.5);
+  EXPECT_LT(Number("haptic_force_swing_contact_N"), 3 / std::sqrt(2.0));
+  EXPECT_LT(Number("haptic_force_ac_N"), 0.1);
+  EXPECT_EQ(Number("haptic_force_swing_air_N"), 0);
+  swing(2, 17.3, 20);
+  EXPECT_EQ(Number("haptic_force_swing_contact_N"), 0);
+  EXPECT_GT(Number("haptic_force_swing_air_N"), 1.5);
+  // A quick one counts as it does in the AC.
+  swing(0.02, 4, 16);
+  EXPECT_NEAR(Number("haptic_force_swing_contact_N"), 3 / std::sqrt(2.0), 0.02);
+  // Across the normal it is the path's.
+  Column("device_force", 0) = Column("device_force", 2);
+  Column("device_force", 2).setZero();
+  EXPECT_EQ(Number("haptic_force_swing_contact_N"), 0);
+}
+
+TEST_F(MetricsTest, WhatSettlesAndWhatTheHandDoesAreNoSwing) {
+  // In contact it creeps up, in the air it fades; the lift between them is the
+  // hand's.
+  for (int i = 0; i < log_.time.size(); ++i) {
+    const double t = log_.time(i);
+    Column("device_force", 2)(i) =
+        t < kLift + 5e-4 ? 6 - 3 * std::exp(-t / 5) : -9 * std::exp(kLift - t);
+  }
+  EXPECT_NEAR(Number("haptic_force_swing_contact_N"), 0, 1e-9);
+  EXPECT_NEAR(Number("haptic_force_swing_air_N"), 0, 1e-9);
+  // What goes to and fro with the hand's depth: from 8 s to 12 s it moves.
+  for (int i = At(8); i < At(12); ++i) {
+    const double depth = std::sin(kPi * (log_.time(i) - 8));
+    Column("hand_position", 2)(i) += 0.003 * depth;
+    Column("device_force", 2)(i) += 4 * depth;
+  }
+  EXPECT_LT(Number("haptic_force_swing_contact_N"), 0.2);
+}
+
+TEST_F(MetricsTest, WhatAPlannerTakesOverIsNoSwing) {
+  const int start = static_cast<int>(log_.values.cols());
+  log_.signals.push_back({"planner_selection", start, 9});
+  log_.values.conservativeResizeLike(
+      Eigen::MatrixXd::Zero(log_.values.rows(), start + 9));
+  Column("device_force", 2).setConstant(6);
+  Column("device_force", 2).segment(At(8), 2500).setZero();
+  EXPECT_GT(Number("haptic_force_swing_contact_N"), 2);
+  log_.values.col(start + 8).segment(At(8), 2000).setOnes();
+  EXPECT_EQ(Number("haptic_force_swing_contact_N"), 0);
+}
+
+TEST_F(MetricsTest, ALostLinkIsNoSwing) {
+  const int start = static_cast<int>(log_.values.cols());
+  log_.signals.push_back({"haptic_link_status", start, 1});
+  log_.values.conservativeResizeLike(
+      Eigen::MatrixXd::Ones(log_.values.rows(), start + 1));
+  log_.values.col(start).setOnes();
+  Column("device_force", 2).setConstant(6);
+  Column("device_force", 2).segment(At(8), 2500).setZero();
+  EXPECT_GT(Number("haptic_force_swing_contact_N"), 2);
+  log_.values.col(start).segment(At(8), 2000).setConstant(2);
+  EXPECT_EQ(Number("haptic_force_swing_contact_N"), 0);
+  params_.delay = 5;
+  EXPECT_TRUE(IsNull("haptic_force_swing_contact_N")) << "not steady yet";
+}
+
 TEST_F(MetricsTest, TheAxisOfFreeMotion) {
   EXPECT_TRUE(IsNull("motion_axis_error_mean_deg"));
   const int start = static_cast<int>(log_.values.cols());
@@ -651,9 +726,9 @@ TEST_F(MetricsTest, NotFiniteIsReportedAndBecomesNull) {
   for (const double bad : {kNaN, std::numeric_limits<double>::infinity()}) {
     Column("device_force", 0)(5000) = bad;
     EXPECT_EQ(std::get<bool>(Value("finite")), false);
-    for (const char* key :
-         {"haptic_force_max_N", "haptic_force_rms_free_N",
-          "haptic_force_std_contact_N", "haptic_force_ac_N"}) {
+    for (const char* key : {"haptic_force_max_N", "haptic_force_rms_free_N",
+                            "haptic_force_std_contact_N", "haptic_force_ac_N",
+                            "haptic_force_swing_contact_N"}) {
       EXPECT_TRUE(IsNull(key)) << key << bad;
     }
     EXPECT_EQ(Number("contact_force_max_N"), kForce);

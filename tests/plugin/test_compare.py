@@ -492,6 +492,8 @@ def metrics(**changes):
         "finite": True,
         "limits_broken": [],
         "haptic_force_ac_N": 0.1,
+        "haptic_force_swing_contact_N": 0.1,
+        "haptic_force_swing_air_N": 0.1,
         "contact_losses": 0,
     }
     return sound | changes
@@ -505,6 +507,12 @@ def metrics(**changes):
         ({"finite": False}, False),
         ({"limits_broken": ["torque"]}, False),
         ({"haptic_force_ac_N": 0.51}, False),
+        ({"haptic_force_swing_contact_N": 0.51}, False),
+        ({"haptic_force_swing_contact_N": None}, True),
+        ({"haptic_force_swing_air_N": 1.0}, True),
+        ({"haptic_force_swing_air_N": 1.1}, False),
+        ({"haptic_force_swing_air_N": None}, True),
+        ({"haptic_force_ac_N": None, "haptic_force_swing_air_N": 1.1}, False),
         ({"contact_losses": 4}, False),
         ({"haptic_force_ac_N": None}, None),
         ({"haptic_force_ac_N": None, "contact_losses": 4}, False),
@@ -526,6 +534,25 @@ def test_unstable_is_called_unstable():
     assert table["stable"].tolist() == [True, False]
     _, rows = summary_cells(table)
     assert [row[2] for row in rows] == ["yes", "no"]
+
+
+@pytest.mark.parametrize(
+    ("scheme", "delay", "stable"),
+    [
+        ("tdpa", 1.5, False),  # With a period of 6 s, on the table and off it.
+        ("tdpa", 0.35, False),
+        ("position_position", 1.5, True),  # It drags.
+        ("dual_proxy", 1.5, True),
+    ],
+)
+def test_a_slow_swing_is_unstable_and_drag_is_not(scheme, delay, stable):
+    metrics = dp.run("plane", scheme=scheme, delay=delay, engine="bare").metrics
+    assert metrics["haptic_force_ac_N"] < 0.5
+    assert is_stable(metrics) is stable
+    swing = metrics["haptic_force_swing_contact_N"]
+    assert swing < 0.1 if stable else swing > 0.7
+    assert (metrics["haptic_force_max_air_N"] > 7.0) is (scheme != "dual_proxy")
+    assert metrics["haptic_force_swing_air_N"] < 0.1 or not stable
 
 
 def test_summary_has_mean_and_worst_over_seeds(compared):
