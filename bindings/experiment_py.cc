@@ -100,8 +100,8 @@ void BindPanda(py::module_& m) {
 void BindMetrics(py::module_& m) {
   const auto list = [](std::span<const MetricDescription> metrics) {
     std::vector<std::tuple<const char*, const char*, const char*>> result;
-    for (const auto& [key, unit, description] : metrics) {
-      result.emplace_back(key, unit, description);
+    for (const MetricDescription& metric : metrics) {
+      result.emplace_back(metric.key, metric.unit, metric.description);
     }
     return result;
   };

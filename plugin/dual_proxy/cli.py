@@ -569,8 +569,11 @@ def _run(options: argparse.Namespace) -> int:
         if result.recording:
             print(f"recording: {result.recording}")
         _print_metrics(result)
+        report, not_saved = _save(result, folder, options.mcap)
+        # Now that it is saved.
         _print_claims(result)
-        not_saved = _save(result, folder, options.mcap)
+        if report:
+            print(f"\nreport: {report}")
     if failure or not_saved:
         return _fail("; ".join(filter(None, (failure, not_saved))), _RUN_FAILED)
     return 0
@@ -620,13 +623,15 @@ def _simulate(
     return result, failure
 
 
-def _save(result: Run, folder: RunFolder, mcap: bool) -> str:
-    """Save what can be saved; return what could not be, and why."""
+def _save(result: Run, folder: RunFolder, mcap: bool) -> tuple[Path | None, str]:
+    """Save what can be saved; return the report, or what could not be and why."""
     try:
-        print(f"\nreport: {result.save(folder, mcap)}")
-        return ""
+        return result.save(folder, mcap), ""
     except KeyboardInterrupt:
-        return f"interrupted while saving; nothing was saved in {folder.path}"
+        return None, f"interrupted while saving; nothing was saved in {folder.path}"
+    except OSError as error:
+        # The file's name in the draft, which is gone, is of no use.
+        reason = error.strerror or _describe(error)
     except Exception as error:
         reason = _describe(error)
     try:
@@ -634,8 +639,8 @@ def _save(result: Run, folder: RunFolder, mcap: bool) -> str:
     except (OSError, KeyboardInterrupt):
         saved = False
     if not saved:
-        return f"nothing was saved in {folder.path}: {reason}"
-    return (
+        return None, f"nothing was saved in {folder.path}: {reason}"
+    return None, (
         f"report.html and replay.html were not saved, only metrics.json, "
         f"scenario.yaml and log.npz in {folder.path}: {reason}"
     )

@@ -10,14 +10,15 @@ namespace dual_proxy {
 
 void Claim::Validate() const {
   ValidateFields("Claim", *this);
-  const auto names = [this](const MetricDescription& description) {
-    return metric == description.key;
+  const auto fits = [this](const MetricDescription& description) {
+    return description.is_number && metric == description.key;
   };
-  if (std::ranges::none_of(MetricDescriptions(), names) &&
-      std::ranges::none_of(AngularMetricDescriptions(), names)) {
+  if (std::ranges::none_of(MetricDescriptions(), fits) &&
+      std::ranges::none_of(AngularMetricDescriptions(), fits)) {
     throw InvalidField(
         "Claim", "metric",
-        "expected a key of metrics.json, got \"" + metric + "\"");
+        "expected a number among the keys of metrics.json, got \"" + metric +
+            "\"");
   }
   if (!at_least && !at_most) {
     throw InvalidField("Claim", "at_most",

@@ -123,17 +123,19 @@ constexpr MetricDescription kMetrics[] = {
      "largest distance of the robot from its proxy"},
     {"limits_broken", "",
      "the limits of the arm that the run broke: joint_position, joint_speed, "
-     "tool_speed, torque, torque_rate, proxy_distance"},
+     "tool_speed, torque, torque_rate, proxy_distance",
+     false},
     {"link_messages_dropped", "",
      "messages refused by both sides: too old or out of order"},
     {"link_messages_lost", "", "messages that the link lost, both ways"},
     {"recording_scale", "",
      "lengths of the operator's motion per length that was recorded"},
-    {"finite", "", "no NaN or infinity anywhere in the log"},
+    {"finite", "", "no NaN or infinity anywhere in the log", false},
     {"sensor_ready", "",
      "false: the force sensor's bias was not learned though the tool was at "
      "rest (sensor.tare_max_force, sensor.tare_max_noise), so the robot held "
-     "still"},
+     "still",
+     false},
     {"sim_s", "s", "simulated time"},
     {"wall_s", "s", "time it took"},
     {"real_time_factor", "", "sim_s / wall_s"},

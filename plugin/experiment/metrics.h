@@ -51,6 +51,7 @@ struct MetricDescription {
   const char* key;
   const char* unit;  ///< Empty if it has none.
   const char* description;
+  bool is_number{true};  ///< False of flags and of names.
 };
 
 /** Every metric, in order: the keys of metrics.json. */

@@ -538,7 +538,8 @@ TEST(ScenarioTest, ClaimsAreChecked) {
   EXPECT_EQ(error({.metric = "moment_dimension_accuracy", .at_least = 1}),
             "no exception");
   EXPECT_EQ(error({.metric = "charm", .at_most = 10}),
-            "tiny.claims[0].metric: expected a key of metrics.json, got "
+            "tiny.claims[0].metric: expected a number among the keys of "
+            "metrics.json, got "
             "\"charm\"");
   EXPECT_EQ(error({.metric = key}),
             "tiny.claims[0].at_most: expected that or at_least, got neither");

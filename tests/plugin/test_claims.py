@@ -75,7 +75,9 @@ def test_claims_decide_nothing():
     assert scenario.claims
     again = dp.Scenario.from_mapping(scenario.name, scenario.to_mapping())
     assert again == scenario
-    with pytest.raises(dp.ScenarioError, match=r"claims\[0\].metric: expected a key"):
+    with pytest.raises(
+        dp.ScenarioError, match=r"claims\[0\].metric: expected a number"
+    ):
         scenario.with_overrides({"claims": [{"metric": "charm", "at_most": 1}]})
     assert scenario.with_overrides({"claims": []}).claims == ()
 
