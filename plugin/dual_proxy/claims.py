@@ -6,14 +6,23 @@ aims of this project beyond them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from dual_proxy._core import Claim
 from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
 from dual_proxy.scenario import Scenario
 
-__all__ = ["Verdict", "judge", "judge_value", "limit_text", "statement", "verdict_text"]
+__all__ = [
+    "Verdict",
+    "claims_json",
+    "judge",
+    "judge_value",
+    "limit_text",
+    "statement",
+    "verdict_text",
+]
 
 
 class Verdict(NamedTuple):
@@ -71,10 +80,11 @@ def verdict_text(met: bool | None) -> str:
 
 
 def statement(claim: Claim) -> str:
-    """Return what is claimed, in words: of the paper with its place in it."""
+    """Return what is claimed, in one line: of the paper with its place in it."""
     if not claim.paper:
         return "aim of this project"
-    return f"{claim.paper} ({claim.source})" if claim.source else claim.paper
+    text = f"{claim.paper} ({claim.source})" if claim.source else claim.paper
+    return " ".join(text.split())
 
 
 def limit_text(claim: Claim) -> str:
@@ -86,3 +96,21 @@ def limit_text(claim: Claim) -> str:
         if bound is not None
     ]
     return f"{claim.metric} {' and '.join(bounds)} {unit}".rstrip()
+
+
+def claims_json(verdicts: Iterable[Verdict]) -> str:
+    """Return the text of claims.json: a list with an object for each claim, its
+    `claim` in words, `metric`, `at_least` and `at_most` (null if there is no such
+    bound), the measured `value`, and whether it is `met` (null without a value)."""
+    rows = [
+        {
+            "claim": statement(claim),
+            "metric": claim.metric,
+            "at_least": claim.at_least,
+            "at_most": claim.at_most,
+            "value": value,
+            "met": met,
+        }
+        for claim, value, met in verdicts
+    ]
+    return json.dumps(rows, indent=2, allow_nan=False) + "\n"

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from dual_proxy.bench.pages import markdown_table
-from dual_proxy.claims import judge, limit_text, statement, verdict_text
+from dual_proxy.claims import limit_text, statement, verdict_text
 from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
 from dual_proxy.recording import RECORDING_EXAMPLE, RECORDING_FORMAT
 from dual_proxy.run import (
@@ -689,8 +689,8 @@ def _print_metrics(result: Run) -> None:
 
 def _print_claims(result: Run) -> None:
     """What is claimed of the scene beside what was measured."""
-    verdicts = judge(result.scenario, result.metrics)
-    if not verdicts or result.failure:
+    verdicts = result.judge_claims()
+    if not verdicts:
         return
     limits = [limit_text(claim) for claim, _, _ in verdicts]
     width = max(map(len, limits))

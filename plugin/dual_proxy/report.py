@@ -6,7 +6,7 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -17,6 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from dual_proxy.claims import Verdict, limit_text, statement, verdict_text
 from dual_proxy.log import (
     SIGNALS,
     counts,
@@ -100,9 +101,10 @@ def write_report(
     failure: str = "",
     links: Iterable[str] = (),
     recording: str = "",
+    verdicts: Sequence[Verdict] = (),
 ) -> None:
     """Write `render_report` to a file, whole or not at all."""
-    text = render_report(log, metrics, scenario, failure, links, recording)
+    text = render_report(log, metrics, scenario, failure, links, recording, verdicts)
     replace_file(path, text.encode())
 
 
@@ -113,6 +115,7 @@ def render_report(
     failure: str = "",
     links: Iterable[str] = (),
     recording: str = "",
+    verdicts: Sequence[Verdict] = (),
 ) -> str:
     """Return the page.
 
@@ -130,6 +133,8 @@ def render_report(
         Files beside the report to link to.
     recording : str
         `Run.recording`: what was made of a recording.
+    verdicts : sequence of Verdict
+        `Run.judge_claims`: what is claimed of the scene.
     """
     title = f"{scenario.name}: {scenario.scheme}, {scenario.link.delay * 1e3:g} ms"
     facts = [
@@ -167,6 +172,7 @@ def render_report(
             '<section class="failed"><h2>This run broke limits of the arm</h2>'
             f"<p>A real arm would have stopped.</p><ul>{items}</ul></section>"
         )
+    parts.append(_claims_table(verdicts))
     parts.append(_metrics_table(metrics))
     parts.append(_counters_table(log))
     if len(log) > 1:
@@ -190,6 +196,25 @@ def render_report(
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head>"
         f"<body><main>{''.join(parts)}</main></body></html>\n"
+    )
+
+
+def _claims_table(verdicts: Sequence[Verdict]) -> str:
+    if not verdicts:
+        return ""
+    rows = "".join(
+        f"<tr{'' if met else _OUT}><td>{html.escape(statement(claim))}</td>"
+        f'<td class="limit"><code>{html.escape(limit_text(claim))}</code></td>'
+        f'<td class="number">{format_metric(value)}</td>'
+        f"<td>{verdict_text(met)}</td></tr>"
+        for claim, value, met in verdicts
+    )
+    return (
+        "<section><h2>Claims</h2><p>What the paper says of this scene, with its place "
+        "there, and what this project aims at, as limits of metrics.</p>"
+        '<div class="scroll"><table><thead><tr><th>claim</th><th>limit</th>'
+        "<th>measured</th><th>met</th></tr></thead>"
+        f"<tbody>{rows}</tbody></table></div></section>"
     )
 
 

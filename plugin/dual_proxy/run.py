@@ -14,6 +14,7 @@ import pandas as pd
 
 from dual_proxy import _core
 from dual_proxy.bare import BareStation
+from dual_proxy.claims import Verdict, claims_json, judge
 from dual_proxy.log import release, replace_file, save_log, write_mcap
 from dual_proxy.metrics import compute_metrics, describe_broken_limits
 from dual_proxy.run_folder import RunFolder
@@ -58,6 +59,11 @@ class Run:
     engine: str = "drake"
     """What simulated the robot: "drake" or "bare"."""
 
+    def judge_claims(self) -> list[Verdict]:
+        """Compare what is claimed of such a run with what was measured; nothing is
+        of one that ended early."""
+        return [] if self.failure else judge(self.scenario, self.metrics)
+
     def save(
         self,
         directory: str | Path | RunFolder,
@@ -66,9 +72,9 @@ class Run:
     ) -> Path:
         """Save everything: all files or none.
 
-        Writes metrics.json, log.npz, scenario.yaml, report.html, replay.html
-        (if anything was logged) and, on request, log.mcap. They take the place
-        of those of an earlier run.
+        Writes metrics.json, log.npz, scenario.yaml, claims.json (if anything is
+        claimed of the run), report.html, replay.html (if anything was logged) and,
+        on request, log.mcap. They take the place of those of an earlier run.
 
         Parameters
         ----------
@@ -98,6 +104,9 @@ class Run:
         replace_file(draft / "metrics.json", metrics.encode())
         replace_file(draft / "scenario.yaml", self.scenario.to_yaml().encode())
         save_log(self.log, draft / "log.npz")
+        # From here on, what fails leaves what all else is made from.
+        if verdicts := self.judge_claims():
+            replace_file(draft / "claims.json", claims_json(verdicts).encode())
         if mcap:
             write_mcap(self.log, draft / "log.mcap")
         if pages:
@@ -123,6 +132,7 @@ class Run:
             self.failure,
             links,
             self.recording,
+            self.judge_claims(),
         )
 
     def _write_replay(self, path: Path) -> None:

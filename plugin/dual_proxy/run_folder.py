@@ -17,6 +17,7 @@ __all__ = ["RunFolder", "hold_folder"]
 _DATA = ("metrics.json", "scenario.yaml", "log.npz")
 _FILES = (
     *_DATA,
+    "claims.json",
     "log.mcap",
     "report.html",
     "replay.html",

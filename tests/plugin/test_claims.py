@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What is claimed of a scene beside what was measured."""
 
+import json
+
 import pytest
 
 import dual_proxy as dp
-from dual_proxy.claims import judge, limit_text, statement
+from dual_proxy.claims import claims_json, judge, limit_text, statement
 
 ERROR = "normal_error_mean_deg"
 
@@ -67,6 +69,51 @@ def test_texts():
     aim = dp.Claim(metric="dimension_accuracy", at_least=0.9, at_most=1.0)
     assert statement(aim) == "aim of this project"
     assert limit_text(aim) == "dimension_accuracy >= 0.9 and <= 1"
+
+
+@pytest.mark.parametrize("metric", ["limits_broken", "finite", "sensor_ready", "charm"])
+def test_what_is_no_number_cannot_be_claimed(metric):
+    with pytest.raises(
+        dp.ScenarioError,
+        match=r"claims\[0\].metric: expected a number among the keys of metrics.json, "
+        f'got "{metric}"',
+    ):
+        dp.load_scenario("plane").with_overrides(
+            {"claims": [{"metric": metric, "at_most": 1}]}
+        )
+
+
+def test_a_statement_is_one_line():
+    claim = dp.Claim(metric=ERROR, at_most=5.0, paper="it is\n  small\n", source="VI")
+    assert statement(claim) == "it is small (VI)"
+
+
+def test_json_has_claim_limit_value_and_verdict():
+    scenario = make_scenario(
+        [
+            {"metric": ERROR, "at_most": 5.0, "paper": "small", "source": "VI"},
+            {"metric": "contact_losses", "at_least": 1.0},
+        ]
+    )
+    rows = json.loads(claims_json(judge(scenario, {ERROR: 6.0})))
+    assert rows == [
+        {
+            "claim": "small (VI)",
+            "metric": ERROR,
+            "at_least": None,
+            "at_most": 5.0,
+            "value": 6.0,
+            "met": False,
+        },
+        {
+            "claim": "aim of this project",
+            "metric": "contact_losses",
+            "at_least": 1.0,
+            "at_most": None,
+            "value": None,
+            "met": None,
+        },
+    ]
 
 
 def test_claims_decide_nothing():

@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import contextlib
 import json
 import os
 import pickle
@@ -57,7 +58,7 @@ def station(monkeypatch, make_log):
     def write_replay(log, path, **_):
         path.write_text(f"{len(log)} rows")
 
-    def write_report(log, metrics, scenario, path, failure="", links=(), recording=""):
+    def write_report(log, metrics, scenario, path, failure="", links=(), *_):
         path.write_text(f"{len(log)} rows {failure} {links}")
 
     for name, content in (
@@ -161,8 +162,12 @@ def test_run_saves_everything_and_prints_every_metric(capsys, station, tmp_path)
         assert key in out
     assert f"report: {out_dir / 'report.html'}" in out
     assert {path.name for path in out_dir.iterdir()} == {
-        *("metrics.json", "log.npz", "log.mcap", "scenario.yaml"),
+        *("metrics.json", "log.npz", "log.mcap", "scenario.yaml", "claims.json"),
         *("report.html", "replay.html"),
+    }
+    claims = json.loads((out_dir / "claims.json").read_text())
+    assert {claim["metric"] for claim in claims} == {
+        *("haptic_force_ac_N", "haptic_force_swing_contact_N")
     }
     scenario, meshcat = station.built
     assert meshcat is True
@@ -258,6 +263,35 @@ def test_log_is_saved_if_nothing_can_be_drawn(capsys, station, tmp_path, monkeyp
         *("metrics.json", "log.npz", "scenario.yaml")
     }
     assert "report:" not in out
+
+
+def test_claims_that_cannot_be_judged_do_not_lose_the_run(
+    capsys, station, tmp_path, monkeypatch
+):
+    def judge(*_):
+        raise TypeError("a list is no number")
+
+    monkeypatch.setattr(sys.modules["dual_proxy.run"], "judge", judge)
+    with contextlib.suppress(TypeError):
+        run_cli(capsys, "run", "plane", "--out", tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {
+        *("metrics.json", "log.npz", "scenario.yaml")
+    }
+
+
+def test_a_claim_on_what_is_no_number_is_refused(capsys, station, tmp_path):
+    claims = "claims=[{metric: limits_broken, at_most: 1}]"
+    out_dir = tmp_path / "new"
+    status, out, err = run_cli(
+        capsys, "run", "plane", "--set", claims, "--out", out_dir
+    )
+    assert (status, out) == (2, "")
+    assert err == (
+        "dual-proxy: error: plane.claims[0].metric: expected a number among the keys "
+        'of metrics.json, got "limits_broken"\n'
+    )
+    assert station.built is None
+    assert not out_dir.exists()
 
 
 def test_what_was_drawn_goes_if_the_report_fails(

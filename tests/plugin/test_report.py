@@ -7,6 +7,8 @@ import re
 import numpy as np
 import pytest
 
+import dual_proxy as dp
+from dual_proxy.claims import Verdict
 from dual_proxy.metrics import METRICS, compute_metrics, format_metric
 from dual_proxy.report import render_report, write_report
 from dual_proxy.scenario import load_scenario
@@ -87,6 +89,23 @@ def test_every_metric_with_unit_and_every_parameter_is_there(page, scenario):
         row = f"<code>{key}</code>{number}<td>{entry.unit}</td>{limit}"
         assert re.search(row, text), key
     assert scenario.to_yaml() in text
+
+
+def test_claims_stand_beside_what_was_measured(page):
+    claim = dp.Claim(
+        metric="normal_error_mean_deg", at_most=5.0, paper="a < b\nc", source="VI"
+    )
+    text = page(verdicts=[Verdict(claim, 6.0, False), Verdict(claim, 4.0, True)])
+    check(text)
+    assert text.index("<h2>Claims</h2>") < text.index("<h2>Metrics</h2>")
+    row = (
+        "<td>a &lt; b c (VI)</td>"
+        '<td class="limit"><code>normal_error_mean_deg &lt;= 5 deg</code></td>'
+        '<td class="number">{}</td><td>{}</td></tr>'
+    )
+    assert '<tr class="out">' + row.format(6, "not met") in text
+    assert "<tr>" + row.format(4, "met") in text
+    assert "<h2>Claims</h2>" not in page()
 
 
 def test_what_is_out_is_marked(scenario, make_log):
