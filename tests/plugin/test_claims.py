@@ -133,7 +133,7 @@ def test_claims_decide_nothing():
     "scene",
     [
         *("plane", "sim_cylinder", "sim_cylinder_wall", "sim_surfaces"),
-        *("inner_corner", "outer_corner", "remote_ultrasound"),
+        *("inner_corner", "outer_corner", "remote_ultrasound", "flat_tool", "shared"),
     ],
 )
 def test_scenes_of_the_paper_say_what_it_claims(scene):

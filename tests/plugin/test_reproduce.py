@@ -13,8 +13,8 @@ from dual_proxy.many_runs import Job, Result
 from dual_proxy.reproduce import LAWS, Key, page_marks, reproduce
 
 SCENES = (
-    *("inner_corner", "outer_corner", "plane", "remote_ultrasound"),
-    *("sim_cylinder", "sim_cylinder_wall", "sim_surfaces"),
+    *("flat_tool", "inner_corner", "outer_corner", "plane", "remote_ultrasound"),
+    *("shared", "sim_cylinder", "sim_cylinder_wall", "sim_surfaces"),
 )
 
 
