@@ -14,6 +14,7 @@ import matplotlib as mpl
 import numpy as np
 
 import dual_proxy as dp
+from dual_proxy.figures import mark_cut
 from dual_proxy.log import signal
 from dual_proxy.metrics import normal_error_deg
 
@@ -51,6 +52,8 @@ def draw(run: dp.Run, path: Path) -> None:
     twin.set_ylim(0, 3)
     twin.set_yticks([0, 1, 2, 3])
     bottom.set_xlabel("time, s")
+    for axis in (middle, bottom):
+        mark_cut(axis)
     for axis in (top, middle):
         axis.legend(loc="upper right", frameon=False)
     handles = bottom.get_lines() + twin.get_lines()
@@ -58,7 +61,9 @@ def draw(run: dp.Run, path: Path) -> None:
         handles, [h.get_label() for h in handles], loc="upper right", frameon=False
     )
     delay_ms = 1e3 * scenario.link.delay
-    top.set_title(f"scene {scenario.name}, {delay_ms:g} ms each way")
+    top.set_title(
+        f"scene {scenario.name}, {delay_ms:g} ms each way, seed {scenario.seed}"
+    )
     figure.tight_layout()
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=100, metadata={"Software": None})

@@ -220,7 +220,7 @@ def compare(
             # Plotting is imported only where something is plotted.
             from dual_proxy.figures import draw_comparison
 
-            draw_comparison(table, results, folder.path)
+            draw_comparison(table, results, folder.path, base.name)
     return table
 
 

@@ -54,6 +54,9 @@ _THREAD_COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 # Sections of a scenario that say something about it and decide nothing.
 _REMARKS = ("description", "claims")
 _PURPOSE = "purpose.txt"
+# Sides of a link, and their status without it.
+_SIDES = ("robot", "haptic")
+_LOST = 2
 
 
 class Job(NamedTuple):
@@ -91,8 +94,9 @@ class Result:
         dict
             `time` (n,), s, every 10 ms; in B, (n, 3): `device` and `robot`
             position, m, the forces that the `hand` exerts, of the `reference`,
-            `sensed` and true `contact`, N; where there is a filter
-            `normal_error_deg`, `dimension` and `true_dimension` (n,).
+            `sensed` and true `contact`, N; `link_lost` (n,), 1 where it is on a
+            side; where there is a filter `normal_error_deg`, `dimension` and
+            `true_dimension` (n,).
         """
         if self.series_path is None:
             return {}
@@ -434,6 +438,9 @@ def _make_series(result: Run) -> Series:
         "reference": signal(log, "reference_force"),
         "sensed": signal(log, "sensed_force"),
         "contact": signal(log, "contact_force"),
+        "link_lost": np.any(
+            [signal(log, f"{side}_link_status") == _LOST for side in _SIDES], axis=0
+        ),
     }
     if "dimension" in log.columns:
         series["normal_error_deg"] = normal_error_deg(log)

@@ -44,6 +44,7 @@ _SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
     "inner_corner": {"": {}, "without friction": {"scene.friction": 0.0}}
 }
 _SEEDS = 5
+_DRAWN_SEED = 0
 
 
 class Key(NamedTuple):
@@ -295,13 +296,16 @@ def _draw(
         series = {
             key.delay: results[key].series()
             for key in usual
-            if key.scheme == "dual_proxy" and key.seed == 0
+            if key.scheme == "dual_proxy" and key.seed == _DRAWN_SEED
         }
-        draw_scene(series, folder / f"reproduce_{name}.png")
+        title = f"scene {name}, dual_proxy, seed {_DRAWN_SEED}"
+        draw_scene(series, folder / f"reproduce_{name}.png", title)
         if len({key.scheme for key in usual}) > 1:
             settings = {(key.scheme, key.delay, "", key.seed): key for key in usual}
             table = make_table(
                 {setting: plan[key] for setting, key in settings.items()},
                 [results[key] for key in settings.values()],
             )
-            draw_errors(table, folder / f"reproduce_{name}_errors.png")
+            seeds = table["seed"].nunique()
+            title = f"scene {name}, {seeds} seed{'s' if seeds > 1 else ''}"
+            draw_errors(table, folder / f"reproduce_{name}_errors.png", title)
