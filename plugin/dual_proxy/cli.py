@@ -338,7 +338,8 @@ def _add_compare(commands: Any) -> None:
         type=_names,
         required=True,
         metavar="A,B,...",
-        help=f"of {', '.join(SCHEMES)}; or all",
+        help=f"of {', '.join(SCHEMES)}; or all; with a parameter of its own as "
+        "four_channel:variant=three_channel",
     )
     add(
         "--delays",
@@ -377,7 +378,7 @@ def _add_reproduce(commands: Any) -> None:
         epilog="The same command goes on where it was interrupted.",
     )
     add = command.add_argument
-    add("--quick", action="store_true", help="one seed, engine bare: a minute")
+    add("--quick", action="store_true", help="one seed, engine bare: half a minute")
     add("--page", type=Path, metavar="MD", help="page to be filled")
     add(
         "--engine",

@@ -18,6 +18,7 @@ from dual_proxy.many_runs import Job, Result, RunsFolder, count_workers, run_man
 from dual_proxy.metrics import ANGULAR_METRICS, METRICS
 from dual_proxy.run import change_scenario, choose_engine
 from dual_proxy.scenario import SCHEMES, Scenario, ScenarioError
+from dual_proxy.settings import parse_yaml
 
 __all__ = [
     "COLUMNS",
@@ -45,6 +46,7 @@ _DECIDED = {"scheme": "schemes", "link.delay": "delays"} | {
 _MOST_SWING = 0.5
 _MOST_SWING_AIR = 1.0
 _MOST_LOSSES = 3
+_MOST_SEEDS = 1000
 T = TypeVar("T")
 
 
@@ -141,13 +143,14 @@ def compare(
     scenario : Scenario, str or Path
         What is run, as for `run`.
     schemes : sequence of str, or "all"
-        Of `Scenario.SCHEMES`.
+        Of `Scenario.SCHEMES`; with a parameter of its own as
+        "four_channel:variant=three_channel".
     delays : sequence of float
         One way, s, in [0, 10].
     hands : sequence of str
         Of "firm" (600 N/m, 30 N s/m) and "soft" (300 N/m, 10 N s/m).
     seeds : int
-        How many: the scenario's, and those that follow.
+        How many, at most 1000: the scenario's, and those that follow.
     engine : str
         As for `run`.
     overrides : Mapping[str, Any], optional
@@ -180,13 +183,16 @@ def compare(
     OSError
         If something cannot be saved.
     """
-    if schemes == "all":
-        schemes = SCHEMES
-    _check_choices("schemes", schemes, SCHEMES)
-    _check_choices("hands", hands, HANDS)
-    _check_choices("delays", delays)
-    if seeds < 1:
-        raise ScenarioError(f"seeds: expected at least 1, got {seeds}")
+    variants = {
+        text: _parse_scheme(text)
+        for text in _check_choices("schemes", SCHEMES if schemes == "all" else schemes)
+    }
+    hands = _check_choices("hands", hands, HANDS)
+    delays = _check_choices("delays", delays)
+    if not isinstance(seeds, int) or not 1 <= seeds <= _MOST_SEEDS:
+        raise ScenarioError(
+            f"seeds: expected a whole number in [1, {_MOST_SEEDS}], got {seeds!r}"
+        )
     for key, argument in _DECIDED.items():
         if key in (overrides or {}):
             raise ScenarioError(f"{key}: is decided by `{argument}`")
@@ -194,7 +200,7 @@ def compare(
     base = change_scenario(scenario, overrides=overrides)
     plan: dict[tuple[str, float, str, int], Job] = {}
     for hand in hands:
-        for scheme in schemes:
+        for text, (scheme, own) in variants.items():
             for delay in delays:
                 for seed in range(base.seed, base.seed + seeds):
                     changed = change_scenario(
@@ -202,10 +208,10 @@ def compare(
                         scheme=scheme,
                         delay=delay,
                         seed=seed,
-                        overrides=HANDS[hand],
+                        overrides=HANDS[hand] | own,
                     )
-                    plan[scheme, delay, hand, seed] = Job(
-                        f"{scheme} {1e3 * delay:g}ms {hand} {seed}",
+                    plan[text, delay, hand, seed] = Job(
+                        f"{text} {1e3 * delay:g}ms {hand} {seed}",
                         changed,
                         choose_engine(engine, changed),
                     )
@@ -224,10 +230,26 @@ def compare(
     return table
 
 
-def _check_choices(name: str, given: Sequence[T], known: Iterable[T] = ()) -> None:
-    if isinstance(given, str):
+def _parse_scheme(text: str) -> tuple[str, dict[str, Any]]:
+    """Return scheme and overrides of "four_channel:variant=three_channel"."""
+    scheme, *settings = str(text).split(":")
+    if scheme not in SCHEMES:
+        raise ScenarioError(
+            f"schemes: expected some of {', '.join(SCHEMES)}, got {text!r}"
+        )
+    overrides = {}
+    for setting in settings:
+        key, equals, value = setting.partition("=")
+        if not (key and equals):
+            raise ScenarioError(f"schemes: expected SCHEME:KEY=VALUE, got {text!r}")
+        overrides[f"schemes.{scheme}.{key}"] = parse_yaml(value, f"schemes: {text}")
+    return scheme, overrides
+
+
+def _check_choices(name: str, given: Iterable[T], known: Iterable[T] = ()) -> list[T]:
+    if isinstance(given, str) or not isinstance(given, Iterable):
         raise ScenarioError(f"{name}: expected a list, got {given!r}")
-    known = list(known)
+    given, known = list(given), list(known)
     if not given:
         raise ScenarioError(f"{name}: expected at least one")
     for number, choice in enumerate(given):
@@ -237,6 +259,7 @@ def _check_choices(name: str, given: Sequence[T], known: Iterable[T] = ()) -> No
             )
         if choice in given[:number]:
             raise ScenarioError(f"{name}: {choice!r} is there twice")
+    return given
 
 
 def make_table(

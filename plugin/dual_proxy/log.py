@@ -346,6 +346,10 @@ def _replacing(path: str | Path) -> Iterator[IO[bytes]]:
         with partial.open("w+b") as file:
             yield file
         os.replace(partial, path)
+    except OSError as error:
+        # A full disk does not say where.
+        error.filename = error.filename or str(path)
+        raise
     finally:
         partial.unlink(missing_ok=True)
 

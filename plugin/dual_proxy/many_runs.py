@@ -124,6 +124,7 @@ class RunsFolder:
         self.path = Path(path)
         self.runs = self.path / "runs"
         try:
+            self._check_others(purpose)
             self.runs.mkdir(parents=True, exist_ok=True)
             self._handle = hold_folder(self.runs)
         except OSError as error:
@@ -133,6 +134,21 @@ class RunsFolder:
         except BaseException:
             os.close(self._handle)
             raise
+
+    def _check_others(self, purpose: str) -> None:
+        """Leave a folder alone that holds what is not ours."""
+        if not self.path.is_dir() or (self.runs / _PURPOSE).exists():
+            return
+        others = sorted(
+            path.name
+            for path in self.path.iterdir()
+            if path != self.runs or not path.is_dir() or any(path.iterdir())
+        )
+        if others:
+            raise ScenarioError(
+                f"{self.path}: expected a new or an empty folder or one of "
+                f"`{purpose}`, got one with {others[0]}"
+            )
 
     def _check(self, purpose: str) -> None:
         file = self.runs / _PURPOSE
@@ -266,11 +282,15 @@ def run_many(
                     results[key] = result
                     text = result.failure or f"{wall_s:.1f} s"
                     say(f"{len(results)}/{total}  {todo[key].name}: {text}")
-        except KeyboardInterrupt as error:
-            text = f"{str(error) or 'interrupted'} after {len(results)} of {total} runs"
+        except (KeyboardInterrupt, OSError) as error:
+            done = f" after {len(results)} of {total} runs"
             if folder is not None:
-                text += f" (in {folder.runs}); the same command makes the others"
-            raise KeyboardInterrupt(text) from None
+                done += f" (in {folder.runs}); the same command makes the others"
+            if isinstance(error, OSError):
+                error.strerror = f"{error.strerror or error}{done}"
+                raise
+            text = str(error) or "interrupted"
+            raise KeyboardInterrupt(text + done) from None
     return [results[key] for key in keys]
 
 

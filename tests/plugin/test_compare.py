@@ -2,6 +2,7 @@
 """`dual-proxy compare`, and the many runs under it."""
 
 import contextlib
+import errno
 import json
 import os
 import signal
@@ -18,6 +19,7 @@ import pytest
 import dual_proxy as dp
 from dual_proxy import cli, figures, many_runs
 from dual_proxy.compare import COLUMNS, is_stable, summarise, summary_cells
+from dual_proxy.log import replace_file
 from dual_proxy.many_runs import Job, RunsFolder, run_many
 from dual_proxy.metrics import METRICS
 from dual_proxy.run import change_scenario
@@ -397,7 +399,13 @@ def test_a_script_needs_no_guard():
         ({"delays": [-1.0]}, "sim_cylinder.link.delay: expected"),
         ({"delays": [float("nan")]}, "sim_cylinder.link.delay: expected"),
         ({"hands": ["limp"]}, "hands: expected some of firm, soft, got 'limp'"),
-        ({"seeds": 0}, "seeds: expected at least 1, got 0"),
+        ({"delays": 0.0}, "delays: expected a list, got 0.0"),
+        ({"delays": []}, "delays: expected at least one"),
+        ({"seeds": 0}, "seeds: expected a whole number in [1, 1000], got 0"),
+        ({"seeds": 1.5}, "seeds: expected a whole number in [1, 1000], got 1.5"),
+        ({"seeds": 99999999}, "seeds: expected a whole number in [1, 1000], got 9"),
+        ({"schemes": ["tdpa:x"]}, "schemes: expected SCHEME:KEY=VALUE, got 'tdpa:x'"),
+        ({"schemes": ["tdpa:x=1"]}, "sim_cylinder.schemes.tdpa: unknown key 'x'"),
         ({"jobs": 0}, "jobs: expected at least 1, got 0"),
         ({"engine": "drake"}, 'engine: expected "auto" or "bare" with robot'),
         ({"overrides": {"foo": 1}}, "sim_cylinder: unknown key 'foo'"),
@@ -423,6 +431,61 @@ def test_folder_of_another_comparison_is_refused(no_figures, tmp_path):
         pytest.raises(dp.ScenarioError, match="another run is going to save there"),
     ):
         compare(tmp_path)
+
+
+def test_folder_with_other_files_is_left_alone(no_figures, tmp_path):
+    """Such as those of a run; an empty folder will do."""
+    (tmp_path / "metrics.json").write_text("{}")
+    with pytest.raises(dp.ScenarioError, match=r"an empty folder .* with metrics.json"):
+        compare(tmp_path, delays=[0.0], schemes=["position_force"])
+    assert [path.name for path in tmp_path.iterdir()] == ["metrics.json"]
+    (tmp_path / "metrics.json").unlink()
+    compare(tmp_path, delays=[0.0], schemes=["position_force"])
+    assert (tmp_path / "comparison.json").exists()
+
+
+def test_a_full_disk_says_where_and_how_far_it_came(monkeypatch, tmp_path):
+    save, saved = RunsFolder.save, []
+
+    def fill(*arguments):
+        if saved:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "there")
+        saved.append(save(*arguments))
+        return saved[0]
+
+    monkeypatch.setattr(RunsFolder, "save", fill)
+    with pytest.raises(OSError, match="No space left") as caught:
+        compare(tmp_path)
+    assert caught.value.filename == "there"
+    assert caught.value.strerror == (
+        f"No space left on device after 1 of 4 runs (in {tmp_path / 'runs'}); the same "
+        "command makes the others"
+    )
+
+
+def test_a_file_that_cannot_be_written_is_named(monkeypatch, tmp_path):
+    def fail(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises(OSError, match="No space left") as caught:
+        replace_file(tmp_path / "x", b"x")
+    assert caught.value.filename == str(tmp_path / "x")
+
+
+def test_a_variant_of_a_scheme_beside_it(no_figures):
+    variant = "four_channel:variant=three_channel"
+    table = compare(schemes=["four_channel", variant], delays=[0.0])
+    assert table["scheme"].tolist() == ["four_channel", variant]
+    alone = dp.run(
+        "sim_cylinder",
+        scheme="four_channel",
+        delay=0.0,
+        engine="bare",
+        overrides=SHORT | {"schemes.four_channel.variant": "three_channel"},
+    )
+    force = table["haptic_force_max_N"]
+    assert force[1] == alone.metrics["haptic_force_max_N"] != force[0]
 
 
 def test_command(capsys, no_figures, tmp_path):
