@@ -289,6 +289,7 @@ TEST(ScenarioTest, DerivedKeysAndTheirSourcesExist) {
   visit("robot_proxy.", &dut.robot_proxy);
   visit("controller.", &dut.controller);
   visit("filter.", &dut.filter);
+  visit("gripper.", &dut.gripper);
   visit("haptic_proxy.", &dut.haptic_proxy);
   visit("haptic_controller.", &dut.haptic_controller);
   visit("operator_aids.", &dut.operator_aids);
