@@ -364,6 +364,11 @@ def _add_many(command: argparse.ArgumentParser, where: str) -> None:
     add = command.add_argument
     add("--jobs", type=int, metavar="N", help="runs at a time (default: all cores)")
     add(
+        "--cluster",
+        metavar="ADDRESS",
+        help="of a dask.distributed scheduler that makes the runs, tcp://HOST:PORT",
+    )
+    add(
         "--out",
         type=_folder,
         metavar="DIR",
@@ -418,6 +423,7 @@ def _compare(options: argparse.Namespace) -> int:
         overrides=dict(map(_setting, options.settings)),
         jobs=options.jobs,
         out=out,
+        cluster=options.cluster,
     )
     print(markdown_table(*summary_cells(table)), end="\n\n")
     seeds = [f"mean (worst) of {options.seeds} seeds"] if options.seeds > 1 else []
@@ -442,7 +448,12 @@ def _reproduce(options: argparse.Namespace) -> int:
 
     out = options.out or Path("out/reproduce")
     tables, failures = reproduce(
-        options.quick, out, options.jobs, options.page, options.engine
+        options.quick,
+        out,
+        options.jobs,
+        options.page,
+        options.engine,
+        cluster=options.cluster,
     )
     for name, table in tables.items():
         print(f"{name}\n\n{table}\n")
@@ -518,7 +529,14 @@ def _stress(options: argparse.Namespace) -> int:
     if options.cases is not None:
         plan = plan._replace(cases=options.cases)
     out = options.out or Path("out/stress")
-    tables, failures = stress(plan, options.first, out, options.jobs, options.page)
+    tables, failures = stress(
+        plan,
+        options.first,
+        out,
+        options.jobs,
+        options.page,
+        cluster=options.cluster,
+    )
     for name, table in tables.items():
         print(f"{name}\n\n{table}\n")
     print(f"saved: {out / 'stress.json'}")

@@ -135,6 +135,7 @@ def compare(
     jobs: int | None = None,
     out: str | Path | None = None,
     progress: Callable[[str], None] | None = None,
+    cluster: str | None = None,
 ) -> pd.DataFrame:
     """Run schemes over delays, hands and seeds, on all cores.
 
@@ -162,6 +163,8 @@ def compare(
         A folder, made if it does not exist, for comparison.json, comparison.csv,
         figures, and in `runs/` each run's metrics and a series every 10 ms. What
         is there already of equal runs is not run again.
+    cluster : str, optional
+        Address of a dask.distributed scheduler that makes the runs, as for `run_many`.
     progress : callable, optional
         Called with a line for each run that has ended; by default it is printed
         to standard error.
@@ -219,7 +222,7 @@ def compare(
         folder = None
         if out is not None:
             folder = stack.enter_context(RunsFolder(out, f"compare {base.name}"))
-        results = run_many(list(plan.values()), folder, workers, progress)
+        results = run_many(list(plan.values()), folder, workers, progress, cluster)
         table = make_table(plan, results)
         if folder is not None:
             _save(table, base, folder.path)

@@ -233,6 +233,7 @@ def run_many(
     folder: RunsFolder | None = None,
     workers: int | None = None,
     progress: Callable[[str], None] | None = None,
+    cluster: str | None = None,
 ) -> list[Result]:
     """Make runs, several at a time, each in a process of its own.
 
@@ -247,6 +248,10 @@ def run_many(
     progress : callable, optional
         Called with a line for each run that has ended; by default it is printed
         to standard error.
+    cluster : str, optional
+        Address of a dask.distributed scheduler, "tcp://HOST:PORT", whose workers
+        have this package: they make the runs, in place of processes here. What a
+        worker had when it died another one makes.
 
     Returns
     -------
@@ -260,6 +265,8 @@ def run_many(
         so.
     OSError
         If something cannot be kept.
+    ScenarioError
+        If the cluster does not answer, or dask.distributed is not installed.
     """
     say = progress or functools.partial(print, file=sys.stderr, flush=True)
     keys = [_key(job) for job in jobs]
@@ -275,7 +282,7 @@ def run_many(
         say(f"{len(results)} of {total} runs are there already")
     if todo:
         try:
-            with _Workers(min(count_workers(workers), len(todo))) as pool:
+            with _make_pool(workers, len(todo), cluster) as pool:
                 for key, (result, series, wall_s) in pool.run(todo):
                     if folder is not None and result.metrics is not None:
                         result = folder.save(todo[key], key, result, series)
@@ -402,6 +409,58 @@ class _Workers:
             why = f"the process of the run ended with exit code {worker.close()}"
             result, series = Result(None, why, _RUN_FAILED), {}
         return result, series, clock.monotonic() - began
+
+
+class _Cluster:
+    """Workers of a dask.distributed cluster."""
+
+    def __init__(self, address: str) -> None:
+        try:
+            import distributed
+        except ImportError:
+            raise ScenarioError(
+                "cluster: needs dask.distributed (pip install "
+                "'drake-dual-proxy[cluster]')"
+            ) from None
+        try:
+            self._client = distributed.Client(address, timeout=10)
+        except (OSError, ValueError) as error:
+            raise ScenarioError(f"cluster {address}: {_one_line(error)}") from None
+        self._as_completed = distributed.as_completed
+
+    def __enter__(self) -> _Cluster:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._client.close()
+
+    def run(self, jobs: Mapping[str, Job]) -> Iterator[tuple[str, _Done]]:
+        """Yield key and result of each job as soon as it is there."""
+        futures = {
+            self._client.submit(_timed_work, job, key=key, pure=False): key
+            for key, job in jobs.items()
+        }
+        for future in self._as_completed(futures):
+            try:
+                done: _Done = future.result()
+            except Exception as error:
+                text = f"the cluster: {type(error).__name__}: {_one_line(error)}"
+                done = (Result(None, text, _RUN_FAILED), {}, 0.0)
+            yield futures.pop(future), done
+
+
+def _make_pool(
+    workers: int | None, jobs: int, cluster: str | None
+) -> _Workers | _Cluster:
+    if cluster is not None:
+        return _Cluster(cluster)
+    return _Workers(min(count_workers(workers), jobs))
+
+
+def _timed_work(job: Job) -> _Done:
+    """In a cluster's worker: make a run."""
+    began = clock.monotonic()
+    return (*_work(job), clock.monotonic() - began)
 
 
 def _serve(handle: int) -> None:

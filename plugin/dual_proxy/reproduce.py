@@ -70,6 +70,7 @@ def reproduce(
     page: Path | None = None,
     engine: str = "auto",
     progress: Callable[[str], None] | None = None,
+    cluster: str | None = None,
 ) -> tuple[dict[str, str], list[str]]:
     """Run every scene and compare with what is claimed of it.
 
@@ -87,6 +88,8 @@ def reproduce(
         A page to be filled, with figures in images/ beside it.
     engine : str
         As for `run`; with `quick` "auto" is the bare engine.
+    cluster : str, optional
+        Address of a dask.distributed scheduler that makes the runs, as for `run_many`.
     progress : callable, optional
         As for `compare`.
 
@@ -110,7 +113,7 @@ def reproduce(
     scenes = _scenes()
     plan = _make_plan(scenes, quick, "bare" if quick and engine == "auto" else engine)
     with RunsFolder(out, "reproduce") as folder:
-        results = run_many(list(plan.values()), folder, workers, progress)
+        results = run_many(list(plan.values()), folder, workers, progress, cluster)
         by_key = dict(zip(plan, results, strict=True))
         rows = _judge(scenes, plan, by_key)
         tables = {name: _table(name, rows) for name in scenes}

@@ -156,6 +156,36 @@ def test_stress_goes_on_where_it_was(tmp_path, capsys):
     assert len(record["cases"]) == 12
 
 
+def test_a_cluster_does_the_same_and_loses_nothing_when_a_worker_dies(tmp_path):
+    distributed = pytest.importorskip("distributed", reason="extra `cluster`")
+    plan = Plan(cases=20, drake_every=0, map_steps=0)
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None
+    ) as cluster:
+        killed = []
+
+        def kill_one(_):
+            if not killed:
+                killed.append(next(iter(cluster.workers.values())))
+                killed[0].process.process.kill()
+
+        tables, _ = stress(
+            plan,
+            0,
+            tmp_path / "cluster",
+            progress=kill_one,
+            cluster=cluster.scheduler_address,
+        )
+    assert killed
+    assert tables == stress(plan, 0, tmp_path / "here", 2, progress=print)[0]
+
+
+def test_a_cluster_that_is_not_there_is_said(tmp_path, capsys):
+    arguments = ["--quick", "--cluster", "nowhere", "--out", str(tmp_path)]
+    assert main(["stress", *arguments]) == 2
+    assert "cluster" in capsys.readouterr().err
+
+
 def test_boundaries_are_between_what_is_and_is_not_stable(tmp_path):
     found = maps.find_boundaries(
         schemes=["dual_proxy", "position_force"],

@@ -101,10 +101,15 @@ class Bench:
         folder: RunsFolder | None,
         workers: int | None,
         progress: Callable[[str], None] | None,
+        cluster: str | None = None,
     ) -> None:
         self._bases = {name: base_scenario(name) for name in SCENES}
         self._run = functools.partial(
-            run_many, folder=folder, workers=workers, progress=progress
+            run_many,
+            folder=folder,
+            workers=workers,
+            progress=progress,
+            cluster=cluster,
         )
 
     def draw(self, number: int) -> Case:
@@ -188,6 +193,7 @@ def stress(
     jobs: int | None = None,
     page: Path | None = None,
     progress: Callable[[str], None] | None = None,
+    cluster: str | None = None,
 ) -> tuple[dict[str, str], list[Outcome]]:
     """Run cases, shrink those of the dual proxy that failed and those of any scheme
     that broke a limit, and find the boundaries of stability.
@@ -205,6 +211,8 @@ def stress(
         Runs at a time, by default as many as there are processors.
     page : Path, optional
         A page to be filled, with its figure in images/ beside it.
+    cluster : str, optional
+        Address of a dask.distributed scheduler that makes the runs, as for `run_many`.
     progress : callable, optional
         Called with a line for each run; by default one a second is printed.
 
@@ -230,7 +238,7 @@ def stress(
         check_page(page, plan.map_steps == 0, PAGE_MARKS)
     say = progress or _Ticker()
     with RunsFolder(out, "stress") as folder:
-        bench = Bench(folder, jobs, say)
+        bench = Bench(folder, jobs, say, cluster)
         cases = [bench.draw(number) for number in range(first, first + plan.cases)]
         outcomes = bench.run(cases)
         if plan.drake_every:
@@ -244,7 +252,13 @@ def stress(
             )
         failures = bench.shrink([o for o in outcomes if _is_failure(o)])
         boundaries = (
-            find_boundaries(folder, workers=jobs, progress=say, steps=plan.map_steps)
+            find_boundaries(
+                folder,
+                steps=plan.map_steps,
+                workers=jobs,
+                progress=say,
+                cluster=cluster,
+            )
             if plan.map_steps
             else []
         )

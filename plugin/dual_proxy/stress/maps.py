@@ -85,6 +85,7 @@ def find_boundaries(
     steps: int = _STEPS,
     workers: int | None = None,
     progress: Callable[[str], None] | None = None,
+    cluster: str | None = None,
 ) -> list[Boundary]:
     """Find up to which stiffness each scheme is stable, at each value of each axis.
 
@@ -119,7 +120,7 @@ def find_boundaries(
                 continue
             name = f"{scheme} {axis} {value:g} {math.exp(stiffness):.0f}"
             plan[point] = Job(name, scenario, "bare", _REST)
-        results = run_many(list(plan.values()), folder, workers, progress)
+        results = run_many(list(plan.values()), folder, workers, progress, cluster)
         for (point, job), result in zip(plan.items(), results, strict=True):
             wrong[point] = _what_is_wrong(result, job.scenario)
         return wrong
