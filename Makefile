@@ -63,7 +63,8 @@ figures: build  ## Print the tables of README and docs, draw the README's pictur
 	$(BIN)/dual-proxy reproduce --engine bare --page docs/reproduction.md
 	$(BIN)/python benchmarks/law.py --page docs/notes_on_the_paper.md
 	$(BIN)/python benchmarks/loop_cost.py --page docs/benchmarks.md
-	$(BIN)/dual-proxy bench engine --page docs/benchmarks.md
+	for subject in engine control link plant cycle savings; do \
+	  $(BIN)/dual-proxy bench $$subject --page docs/benchmarks.md || exit; done
 	$(BIN)/dual-proxy bench filter --page docs/benchmarks.md
 	$(BIN)/python benchmarks/filter_rates.py --page docs/benchmarks.md
 	$(BIN)/python benchmarks/filter_choices.py --page docs/filter.md

@@ -60,9 +60,27 @@ void BindEngine(py::module_& m, const char* name) {
   using E = BareEngine<Plant>;
   py::class_<E>(m, name,
                 "Runs a scenario without Drake; see experiment/bare_engine.h.")
-      .def("advance_to", &E::AdvanceTo, py::arg("time"),
-           py::call_guard<py::gil_scoped_release>(),
+      .def("advance_to", py::overload_cast<double>(&E::AdvanceTo),
+           py::arg("time"), py::call_guard<py::gil_scoped_release>(),
            "Runs up to `time`, s, and logs every control period.")
+      .def(
+          "time_cycles",
+          [](E& self, double time) {
+            std::vector<double> times;
+            std::int64_t faults;
+            {
+              py::gil_scoped_release release;
+              times.reserve(static_cast<std::size_t>(1e3 * time) + 10);
+              faults = self.AdvanceTo(time, &times);
+            }
+            return py::make_tuple(
+                Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(
+                    times.data(), static_cast<Eigen::Index>(times.size()))),
+                faults);
+          },
+          py::arg("time"),
+          "Likewise; returns how long each call of the loop took, (n,), s, and "
+          "how many pages were first touched in them.")
       .def(
           "watched",
           [](const E& self) { return WatchedList(self.SummariseWatch()); },

@@ -68,6 +68,12 @@ class BareStation:
             store.time, {name: rows[:, where] for name, where in layout.items()}
         )
 
+    def time_cycles(self, time: float) -> tuple[Any, int]:
+        """Simulates up to `time`, s; returns how long each call of the loop took,
+        (n,), s, and how many pages were first touched in them."""
+        result: tuple[Any, int] = self._engine.time_cycles(time)
+        return result
+
     def watched(self) -> list[tuple[Any, ...]]:
         """Returns what was watched so far; see `dual_proxy.watch`."""
         result: list[tuple[Any, ...]] = self._engine.watched()

@@ -71,6 +71,7 @@ _SUBJECTS = {
     "control": "control, over its rate and the force sensor's low-pass",
     "link": "the link, over rates, delays and schemes",
     "plant": "Drake's plant, over steps, contact approximations and stiffnesses",
+    "cycle": "a control period's worst case",
     "savings": "what is left out where a scene does not need it, with and without",
     "peer": "this package beside MuJoCo with a controller in NumPy",
 }

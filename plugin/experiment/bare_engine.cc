@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/experiment/bare_engine.h"
 
+#include <sys/resource.h>
+
+#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -111,6 +114,13 @@ SimulatedArmParams MakeSimulatedArmParams(const Scenario& scenario) {
   return params;
 }
 
+// Pages that this thread has touched for the first time so far.
+std::int64_t CountPageFaults() {
+  rusage usage;
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_minflt + usage.ru_majflt;
+}
+
 // Whether a posture is one of the arm's, at the scenario's start.
 void CheckStart(const Scenario& scenario, const ArmModelParams<7>& arm,
                 const Vector7& q_start) {
@@ -177,12 +187,24 @@ void BareEngine<Plant>::PutTruth(Eigen::Ref<Eigen::VectorXd> row) const {
 }
 
 template <typename Plant>
-void BareEngine<Plant>::AdvanceTo(double end) {
+std::int64_t BareEngine<Plant>::AdvanceTo(double end,
+                                          std::vector<double>* times) {
   const Eigen::Index size = SizeOf(loop_.layout());
+  std::int64_t faults = 0;
   while (time() < end - 1e-9 * period_) {
     TeleopLoopInput<Robot> input = MakeInput(plant_state_);
     input.has_reaction = num_periods_ > 0;
-    loop_.Update(time(), input, &loop_state_);
+    if (times == nullptr) {
+      loop_.Update(time(), input, &loop_state_);
+    } else {
+      const std::int64_t faults_before = CountPageFaults();
+      const auto began = std::chrono::steady_clock::now();
+      loop_.Update(time(), input, &loop_state_);
+      const std::chrono::duration<double> taken =
+          std::chrono::steady_clock::now() - began;
+      faults += CountPageFaults() - faults_before;
+      times->push_back(taken.count());
+    }
     plant_.Update(loop_state_.command(), &plant_state_);
     ++num_periods_;
     auto row = rows_.col(num_rows_);
@@ -196,6 +218,7 @@ void BareEngine<Plant>::AdvanceTo(double end) {
     if (++num_rows_ == times_.size()) Flush();
   }
   Flush();
+  return faults;
 }
 
 template <typename Plant>

@@ -667,3 +667,16 @@ def test_real_recordings():
         assert row["updates_pressing"] > 100
         # With slack: 0.87 for the printed method.
         assert row["normal_right"] > 0.7
+
+
+def test_every_period_is_timed():
+    from dual_proxy.bench import cycle
+
+    results = cycle.measure(True)
+    table = cycle.cycle_table(results).splitlines()
+    assert len(table) == 2 + len(results["rows"])
+    for row in results["rows"]:
+        assert row["cycles"] == 20_000
+        assert 0 < row["median_us"] < row["p999_us"] <= row["max_us"]
+        # A few where a run begins.
+        assert row["page_faults"] < 100
