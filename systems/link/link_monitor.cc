@@ -47,7 +47,8 @@ bool LinkMonitor::Accept(double time, std::int64_t sequence, double send_time,
         std::numeric_limits<std::int64_t>::max() - state->gaps;
     state->gaps += std::min(sequence - state->last_sequence - 1, room);
   }
-  if (restarted) {
+  // Ages by another clock do not compare.
+  if (restarted || send_time < state->last_send_time) {
     state->min_age = std::numeric_limits<double>::infinity();
   }
   if (age > state->min_age + params_.spike_threshold) ++state->spikes;
@@ -66,6 +67,8 @@ bool LinkMonitor::Update(double time, std::int64_t sequence, double send_time,
     ++state->bad_inputs;
     return false;
   }
+  // Time that went back has not to pass again before a link is lost.
+  state->last_arrival_time = std::min(state->last_arrival_time, time);
   const bool fresh = Accept(time, sequence, send_time, valid, state);
   if (state->status == LinkStatus::kConnected &&
       time - state->last_arrival_time > params_.timeout) {

@@ -71,9 +71,9 @@ Eigen::Matrix<double, kLinkStatusSize, 1> LinkStatusVector(
 alive (spec section 3, point 4).
 
 A message is accepted if its numbers are valid, its age is within bounds and its
-sequence is larger than that of the message in use. A sender that was restarted
-counts from zero again: it is accepted once the link counts as lost, if its
-message was sent later than the one in use. */
+sequence is larger than that of the one in use, whatever its time stamp; of a
+restarted sender, which counts from zero, once the link is lost, if it was sent
+later. Where a clock goes back, silence and ages are counted from there. */
 class LinkMonitor {
  public:
   /** @throws std::invalid_argument for parameters out of range. */
@@ -84,8 +84,8 @@ class LinkMonitor {
   LinkMonitorState MakeState() const { return {}; }
 
   /** Looks at the newest message; call it every tick, also without a new one.
-  @param time receiver's clock, s, not decreasing; the call is refused (counted
-      in bad_inputs) if it is not finite.
+  @param time receiver's clock, s; the call is refused (counted in bad_inputs)
+      if it is not finite.
   @param sequence of the newest message; -1 or that of the last call: nothing
       new.
   @param send_time of the newest message, s.

@@ -8,7 +8,9 @@ namespace dual_proxy {
 
 bool MessageSchedule::IsDue(double time,
                             MessageScheduleState* state) const noexcept {
-  if (!state->started) {
+  // No message is due later than one interval ahead: time went back.
+  const bool went_back = state->next_due - time > interval_ + 2 * half_period_;
+  if (!state->started || went_back) {
     state->started = true;
     state->next_due = time;
   }

@@ -10,7 +10,7 @@ struct MessageScheduleState {
 };
 
 /** When a sender's messages are due: the first at the first call, at time t0,
-then one with the tick nearest to t0 + k/rate. */
+then one with the tick nearest to t0 + k/rate; anew where time goes back. */
 class MessageSchedule {
  public:
   /** @param rate  Hz, of messages, > 0.
@@ -19,7 +19,7 @@ class MessageSchedule {
       : interval_(1 / rate), half_period_(0.5 * period) {}
 
   /** Whether a message is due, which it then is no more.
-  @param time  s, finite, not decreasing. */
+  @param time  s, finite. */
   bool IsDue(double time, MessageScheduleState* state) const noexcept;
 
  private:

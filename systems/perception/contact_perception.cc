@@ -43,7 +43,8 @@ ContactPerceptionState ContactPerception::MakeState(
 bool ContactPerception::ScheduledFilter::TakeTurn(
     double time, ScheduledFilterState* state) const noexcept {
   const std::optional<std::int64_t> window = means.FindWindow(time);
-  if (!window || *window < state->next_update) return false;
+  // Any other window has its turn, an earlier one, too: time may go back.
+  if (!window || *window + 1 == state->next_update) return false;
   state->next_update = *window + 1;
   return true;
 }

@@ -46,6 +46,36 @@ TEST_F(LinkMonitorTest, AcceptsAMessageOnceAndGivesItsAge) {
   EXPECT_EQ(state_.dropped, 0);
 }
 
+// Its own clock was wrong for a while, with a message in it.
+TEST_F(LinkMonitorTest, TimeThatGoesBackHoldsNoLossUp) {
+  Update(0.0, 0, 0.0);
+  EXPECT_TRUE(Update(3.0, 1, 0.02));
+  EXPECT_TRUE(Update(0.04, 2, 0.04));
+  EXPECT_EQ(state_.status, LinkStatus::kConnected);
+  Update(0.55, 2, 0.04);
+  EXPECT_EQ(state_.status, LinkStatus::kLost);
+  state_ = dut_.MakeState();
+  Update(3.0, 0, 0.0);
+  Update(0.1, 0, 0.0);
+  Update(0.7, 0, 0.0);
+  EXPECT_EQ(state_.status, LinkStatus::kLost);
+}
+
+// The sender's was: stamps within max_age, and beyond.
+TEST_F(LinkMonitorTest, AStampAheadOfTimeHoldsNothingUp) {
+  for (const double ahead : {3.0, 100.0, 1e300}) {
+    state_ = dut_.MakeState();
+    EXPECT_TRUE(Update(1.0, 0, 1.0));
+    EXPECT_EQ(Update(1.02, 1, 1.02 + ahead), ahead < 5);
+    for (int i = 2; i < 10; ++i) {
+      EXPECT_TRUE(Update(1 + 0.02 * i, i, 1 + 0.02 * i)) << ahead;
+    }
+    EXPECT_EQ(state_.spikes, 0) << ahead;
+    EXPECT_EQ(state_.dropped, ahead < 5 ? 0 : 1);
+    EXPECT_EQ(state_.status, LinkStatus::kConnected);
+  }
+}
+
 TEST_F(LinkMonitorTest, IsLostAfterTheTimeoutAndComesBack) {
   Update(0.0, 0, 0.0);
   Update(0.5, 0, 0.0);

@@ -66,6 +66,20 @@ TEST_F(PoseSenderTest, SendsTheMeanOfTheSamplesSinceTheLastMessage) {
   EXPECT_DOUBLE_EQ(state_.message.send_time, 0.020);
 }
 
+TEST_F(PoseSenderTest, TimeThatGoesBackHoldsNoMessageUp) {
+  for (const double wrong : {100.0, 1e300, -100.0, -1e300}) {
+    state_ = dut_.MakeState();
+    for (int i = 0; i < 100; ++i) {
+      const bool bad = i >= 20 && i < 70;
+      dut_.Update(0.001 * i + (bad ? wrong : 0), {}, &state_);
+    }
+    const std::int64_t before = state_.message.sequence;
+    for (int i = 100; i < 300; ++i) dut_.Update(0.001 * i, {}, &state_);
+    EXPECT_EQ(state_.message.sequence - before, 10) << wrong;
+    EXPECT_GT(state_.message.send_time, 0.27) << wrong;
+  }
+}
+
 TEST_F(PoseSenderTest, WithoutAveragingSendsTheNewestSample) {
   const PoseSender dut(Params(50.0, false));
   for (int i = 0; i <= 20; ++i) {

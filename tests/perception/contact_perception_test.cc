@@ -140,6 +140,18 @@ TEST_F(ContactPerceptionTest, MissedTimesAreOneUpdate) {
   EXPECT_EQ(state.force.filter.updates, 3);
 }
 
+TEST_F(ContactPerceptionTest, TimeThatGoesBackHoldsNoUpdateUp) {
+  const ContactPerception dut(params_);
+  ContactPerceptionState state = dut.MakeState(kSeed, kAngularSeed);
+  for (int i = 0; i < 1000; ++i) {
+    const double time = 0.001 * i + (i >= 300 && i < 350 ? 100 : 0);
+    dut.UpdateFilters(time, &state);
+    dut.AddSamples(time, Force(), Moment(), &state);
+  }
+  EXPECT_GE(state.force.filter.updates, 50);
+  EXPECT_GE(state.moment.filter.updates, 20);
+}
+
 TEST_F(ContactPerceptionTest, SamplesThatAreNotFiniteAreCountedOnly) {
   const ContactPerception dut(params_);
   ContactPerceptionState state = dut.MakeState(kSeed, kAngularSeed);
