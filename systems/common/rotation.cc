@@ -7,6 +7,8 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
+#include "dual_proxy/common/possible.h"
+
 namespace dual_proxy {
 
 Eigen::Matrix3d ExpRotation(const Eigen::Vector3d& rotation_vector) noexcept {
@@ -48,7 +50,7 @@ Eigen::Matrix3d ProjectToRotation(const Eigen::Matrix3d& M) noexcept {
 
 bool IsValidPose(const Pose& pose) noexcept {
   constexpr double kTolerance = 1e-3;
-  if (!pose.p.allFinite()) return false;
+  if (!IsWithin(pose.p, kMaxPosition)) return false;
   if (pose.R == Eigen::Matrix3d::Identity()) return true;
   return pose.R.allFinite() &&
          (pose.R * pose.R.transpose() - Eigen::Matrix3d::Identity())

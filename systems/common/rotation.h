@@ -18,8 +18,8 @@ Eigen::Vector3d LogRotation(const Eigen::Matrix3d& R) noexcept;
 sum of rotations this is their chordal mean. Identity if M is not finite. */
 Eigen::Matrix3d ProjectToRotation(const Eigen::Matrix3d& M) noexcept;
 
-/** True if every number is finite and R is orthonormal to 1e-3 with determinant
-+1: what is accepted as a pose at run time. */
+/** True if |p_i| <= kMaxPosition (possible.h) and R is orthonormal to 1e-3 with
+determinant +1: what is accepted as a pose at run time. */
 bool IsValidPose(const Pose& pose) noexcept;
 
 }  // namespace dual_proxy

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dual_proxy/common/low_pass.h"
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
 namespace dual_proxy {
@@ -69,7 +70,8 @@ Vector3d ForceLoop::Update(const Vector3d& reference, const Vector3d& sensed,
     state->sensed = sensed;
     state->passivity.velocity = velocity;
   }
-  state->sensed += filter_gain_ * (sensed - state->sensed);
+  StoreIfFinite(state->sensed + filter_gain_ * (sensed - state->sensed),
+                &state->sensed);
   const Vector3d error = state->sensed - reference;
 
   state->released *= release_factor_;

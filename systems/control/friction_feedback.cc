@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dual_proxy/common/low_pass.h"
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
 namespace dual_proxy {
@@ -36,9 +37,9 @@ Eigen::Vector3d FrictionFeedback::Update(const Eigen::Vector3d& sensed,
     force -= (spent - available) / period_ / v.squaredNorm() * v;
     spent = available;
   }
-  state->energy = most > 0 ? std::clamp(state->energy + dissipated - spent, 0.0,
-                                        params_.max_energy)
-                           : 0;
+  const double left = state->energy + dissipated - spent;
+  StoreIfFinite(most > 0 ? std::clamp(left, 0.0, params_.max_energy) : 0,
+                &state->energy);
   return force;
 }
 

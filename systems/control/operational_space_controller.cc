@@ -380,9 +380,10 @@ OperationalSpaceController<kJoints>::Update(const Input& input,
       Lambda * (acceleration - model.Jdot_v - model.J_BE * posture) +
       spring_wrench + contact_wrench;
   const Joints net = model.J_BE.transpose() * wrench + model.mass * posture;
-  output.torque =
-      Send(net + model.bias - model.gravity + CalcLimiting(input, net, state),
-           model.gravity, state);
+  const Joints torque =
+      net + model.bias - model.gravity + CalcLimiting(input, net, state);
+  if (!torque.allFinite()) return Refuse(model, state);
+  output.torque = Send(torque, model.gravity, state);
 
   const Vector6 motion_wrench = Lambda * acceleration + spring_wrench;
   const bool unit_mass = params_.unit_mass_motion_force && !impedance;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "dual_proxy/common/possible.h"
+
 namespace dual_proxy {
 
 using Eigen::Matrix3d;
@@ -34,9 +36,10 @@ Vector3d TimeDomainPassivity::Update(
   const double power =
       acted.dot(mean_velocity) +
       params_.damping_margin * (force_selection * mean_velocity).squaredNorm();
-  state->energy = std::clamp(state->energy - power * params_.period,
-                             -params_.max_energy, params_.max_energy);
-  state->velocity = velocity;
+  StoreIfFinite(std::clamp(state->energy - power * params_.period,
+                           -params_.max_energy, params_.max_energy),
+                &state->energy);
+  StoreIfFinite(velocity, &state->velocity);
 
   // Controller.
   const Vector3d selected_velocity = force_selection * velocity;
@@ -46,12 +49,14 @@ Vector3d TimeDomainPassivity::Update(
                 std::clamp(1 - state->energy / params_.max_energy, 0.0, 1.0)
           : 0.0;
   const Vector3d injected = -state->damping * selected_velocity;
-  state->dissipated +=
-      state->damping * selected_velocity.squaredNorm() * params_.period;
+  StoreIfFinite(state->dissipated + state->damping *
+                                        selected_velocity.squaredNorm() *
+                                        params_.period,
+                &state->dissipated);
 
   std::copy_backward(state->commands.begin(), state->commands.end() - 1,
                      state->commands.end());
-  state->commands[0] = feedback_force + injected;
+  StoreIfFinite(feedback_force + injected, &state->commands[0]);
   return injected;
 }
 

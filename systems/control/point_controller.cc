@@ -75,13 +75,15 @@ Vector3d PointController::Send(const Vector3d& force,
 
 PointControllerOutput PointController::Update(const Input& input,
                                               State* state) const noexcept {
-  Output output;
-  if (!IsValid(input)) {
+  const auto refuse = [this, state] {
     ++state->bad_inputs;
+    Output output;
     output.force = Send(Vector3d::Zero(), state);
     output.observed_energy = state->loop.passivity.energy;
     return output;
-  }
+  };
+  if (!IsValid(input)) return refuse();
+  Output output;
   // Without a sensor that is ready no loop is closed: there is no force space,
   // and no error of force.
   const bool ready = input.sensor_ready || !input.force_feedback;
@@ -111,7 +113,9 @@ PointControllerOutput PointController::Update(const Input& input,
                            : Vector3d(Omega_f * input.reference_force);
 
   const Vector3d motion_force = input.model.mass * acceleration;
-  output.force = Send(motion_force + output.contact_force, state);
+  const Vector3d force = motion_force + output.contact_force;
+  if (!force.allFinite()) return refuse();
+  output.force = Send(force, state);
   output.motion_force =
       params_.unit_mass_motion_force ? acceleration : motion_force;
   output.observed_energy = state->loop.passivity.energy;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/rotation.h"
 
 namespace dual_proxy {
@@ -82,7 +83,7 @@ bool IsValid(const PoseMessage& message) noexcept {
 }
 
 bool IsValid(const ForceMessage& message) noexcept {
-  return std::isfinite(message.send_time) && message.force.allFinite();
+  return std::isfinite(message.send_time) && IsWithin(message.force, kMaxForce);
 }
 
 }  // namespace dual_proxy

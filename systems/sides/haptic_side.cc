@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "dual_proxy/common/possible.h"
+#include "dual_proxy/common/rotation.h"
 #include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
@@ -55,9 +57,26 @@ HapticSideState HapticSide::MakeState() const {
 void HapticSide::Update(double time, const HapticSideInput& input,
                         HapticSideState* state) const noexcept {
   HapticSideOutput& output = state->output;
-  output.X_DH = output.handle = input.X_DH;
+  output.handle = input.X_DH;
   output.device_velocity = input.device_velocity;
   output.handle_force = input.handle_force;
+
+  const std::int64_t refused = output.bad_inputs;
+  HapticSideInput possible = input;
+  RefuseBeyond(kMaxDevicePosition, &possible.X_DH.p);
+  RefuseBeyond(kMaxSpeed, &possible.device_velocity);
+  RefuseBeyond(kMaxForce, &possible.handle_force);
+  RefuseBeyond(kMaxTime, &time);
+  Advance(time, possible, state);
+  const bool valid = time >= state->time && IsValidPose(possible.X_DH);
+  if (!valid) output.bad_inputs = refused + 1;
+  StoreIfFinite(time, &state->time);
+}
+
+void HapticSide::Advance(double time, const HapticSideInput& input,
+                         HapticSideState* state) const noexcept {
+  HapticSideOutput& output = state->output;
+  output.X_DH = input.X_DH;
   Vector6 velocity = input.device_velocity;
   if (aids_.on()) {
     aids_.FilterInput(input.buttons, &output.X_DH, &velocity, &state->aids);

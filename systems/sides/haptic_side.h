@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -67,8 +68,8 @@ struct HapticSideOutput {
   Pose handle;  ///< X_DH from the device's own home.
   Vector6 device_velocity{Vector6::Zero()};
   Eigen::Vector3d handle_force{Eigen::Vector3d::Zero()};
-  /** Cycles that the half or the controller refused so far; a cycle that both
-  refuse counts once. */
+  /** Cycles that the half or the controller refused so far, or in which time
+  went back; a cycle that both refuse counts once. */
   std::int64_t bad_inputs{0};
 };
 
@@ -79,6 +80,8 @@ struct HapticSideState {
   HapticControllerState controller;
   /** m: the last that was finite while no clutch was pressed. */
   double gripper_opening{kNoGripper};
+  /** s: of the last cycle whose time was not refused. */
+  double time{-std::numeric_limits<double>::infinity()};
   HapticSideOutput output;  ///< Of the last cycle.
 
   /** To the robot side: the half's, and the gripper's opening with it. */
@@ -91,6 +94,9 @@ struct HapticSideState {
 
 /** All of the haptic side's work in one control cycle: the operator's aids, the
 scheme's half and the device's controller. It owns no logic but the order.
+
+An input that cannot be (common/possible.h) is refused as one that is not finite
+is. Time that goes back is counted, and goes on from there.
 
 Update() neither allocates nor throws. */
 class HapticSide {
@@ -120,6 +126,10 @@ class HapticSide {
   const std::vector<SignalSlice>& layout() const { return layout_; }
 
  private:
+  // With inputs of which what cannot be is NaN.
+  void Advance(double time, const HapticSideInput& input,
+               HapticSideState* state) const noexcept;
+
   HapticSideParams params_;
   OperatorAids aids_;
   HapticHalf half_;

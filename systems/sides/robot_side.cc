@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/sides/robot_side.h"
 
+#include <limits>
 #include <numbers>
 #include <utility>
 
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
@@ -76,6 +78,31 @@ FilterInput MakeMomentSample(const Vector6& /* sensed */,
                              const Vector6& /* v_BE */,
                              const PointControllerOutput& /* command */) {
   return {};
+}
+
+template <int kJoints>
+void RefuseImpossible(ModelTerms<kJoints>* model) {
+  RefuseBeyond(kMaxModelTerm, &model->J_BE);
+  RefuseBeyond(kMaxModelTerm, &model->mass);
+  RefuseBeyond(kMaxModelTerm, &model->bias);
+  RefuseBeyond(kMaxModelTerm, &model->gravity);
+  RefuseBeyond(kMaxModelTerm, &model->Jdot_v);
+}
+
+void RefuseImpossible(PointTerms* model) {
+  RefuseBeyond(kMaxModelTerm, &model->mass);
+}
+
+template <typename Robot>
+void RefuseImpossible(RobotSideInput<Robot>* input) {
+  RefuseBeyond(kMaxPosition, &input->X_BE.p);
+  RefuseImpossible(&input->model);
+  RefuseBeyond(kMaxPosition, &input->q);
+  RefuseBeyond(kMaxSpeed, &input->v);
+  if (!IsWithin(CalcTwist(input->model, input->v), kMaxSpeed)) {
+    input->v.setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+  RefuseBeyond(kMaxForce, &input->sensed_wrench);
 }
 
 template <int kJoints>
@@ -189,11 +216,25 @@ void RobotSide<Robot>::Update(double time, const Input& input,
                               State* state) const noexcept {
   RobotSideOutput<Robot>& output = state->output;
   output.X_BE = input.X_BE;
-  output.v_BE = CalcTwist(input.model, input.v);
   output.q = input.q;
   output.v = input.v;
   output.sensed_wrench = input.sensed_wrench;
   output.sensor_ready = input.sensor_ready;
+
+  const std::int64_t refused = output.bad_inputs;
+  Input possible = input;
+  RefuseImpossible(&possible);
+  RefuseBeyond(kMaxTime, &time);
+  Advance(time, possible, state);
+  if (!(time >= state->time)) output.bad_inputs = refused + 1;
+  StoreIfFinite(time, &state->time);
+}
+
+template <typename Robot>
+void RobotSide<Robot>::Advance(double time, const Input& input,
+                               State* state) const noexcept {
+  RobotSideOutput<Robot>& output = state->output;
+  output.v_BE = CalcTwist(input.model, input.v);
   if (input.selections) {
     output.selections = *input.selections;
   } else if (perception_) {
@@ -241,9 +282,8 @@ void RobotSide<Robot>::Update(double time, const Input& input,
     if (valid) {
       perception_->AddSamples(
           time,
-          MakeForceSample(output.sensed_wrench, output.v_BE, output.controller),
-          MakeMomentSample(output.sensed_wrench, output.v_BE,
-                           output.controller),
+          MakeForceSample(input.sensed_wrench, output.v_BE, output.controller),
+          MakeMomentSample(input.sensed_wrench, output.v_BE, output.controller),
           &state->perception);
     }
   }

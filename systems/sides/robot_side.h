@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -95,8 +96,8 @@ struct RobotSideOutput {
   Coordinates v{Coordinates::Zero()};
   Vector6 sensed_wrench{Vector6::Zero()};
   bool sensor_ready{false};
-  /** Cycles of which half, controller or blend refused something so far; one
-  that several refuse counts once. */
+  /** Cycles of which half, controller or blend refused something so far, or in
+  which time went back; one that several refuse counts once. */
   std::int64_t bad_inputs{0};
 };
 
@@ -109,6 +110,8 @@ struct RobotSideState {
   LocalPlannerState planner;
   ReferenceBlendState blend;
   GripperState gripper;           ///< Its width is for the gripper's driver.
+  /** s: of the last cycle whose time was not refused. */
+  double time{-std::numeric_limits<double>::infinity()};
   RobotSideOutput<Robot> output;  ///< Of the last cycle.
 };
 
@@ -121,6 +124,9 @@ while there is no link.
 
 Perception and planner run where the scheme has use for selections. A cycle that
 the controller refused adds nothing to what the filters take.
+
+An input that cannot be (common/possible.h) is refused as one that is not finite
+is. Time that goes back is counted, and goes on from there.
 
 Update() neither allocates nor throws. */
 template <typename Robot>
@@ -159,6 +165,8 @@ class RobotSide {
  private:
   void TakePlanner(double time, const Input& input,
                    State* state) const noexcept;
+  // With inputs of which what cannot be is NaN.
+  void Advance(double time, const Input& input, State* state) const noexcept;
 
   Params params_;
   RobotHalf half_;

@@ -39,6 +39,22 @@ TEST_F(TimeDomainPassivityTest, StartsWithTheInitialEnergy) {
   EXPECT_EQ(state.dissipated, 0);
 }
 
+TEST_F(TimeDomainPassivityTest, RemembersNothingThatOverflows) {
+  params_.damping_margin = 150;
+  const TimeDomainPassivity dut(params_);
+  TimeDomainPassivityState state = dut.MakeState();
+  for (const double v : {1e200, 1e308, -1e308}) {
+    dut.Update(Vector3d(0, 0, 1e308), Vector3d(v, 0, v), kAlongZ, &state);
+  }
+  for (int i = 0; i < 10; ++i) {
+    const Vector3d injected =
+        dut.Update(Vector3d::Zero(), Vector3d::Zero(), kAlongZ, &state);
+    EXPECT_TRUE(injected.allFinite());
+  }
+  EXPECT_LE(std::abs(state.energy), params_.max_energy);
+  EXPECT_TRUE(std::isfinite(state.dissipated));
+}
+
 // A force that pushes along a constant velocity: E falls by F v dt per period,
 // from the second period on (the first command has not acted before).
 TEST_F(TimeDomainPassivityTest, EnergyIsTheWorkDone) {

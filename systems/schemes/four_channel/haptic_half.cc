@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dual_proxy/common/low_pass.h"
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
@@ -28,7 +29,8 @@ void FourChannelToRobot::ReadBody(const double* body) noexcept {
 
 bool IsValid(const FourChannelToRobot& message) noexcept {
   return std::isfinite(message.send_time) && IsValidPose(message.pose) &&
-         message.velocity.allFinite() && message.hand_force.allFinite();
+         IsWithin(message.velocity, kMaxSpeed) &&
+         IsWithin(message.hand_force, kMaxForce);
 }
 
 FourChannelHapticHalf::FourChannelHapticHalf(const HapticHalfParams& shared,
@@ -61,14 +63,16 @@ void FourChannelHapticHalf::EstimateHandForce(
   // own, on which three channels chatter. Hence no velocity of a driver's, of
   // which nobody knows how late it is.
   const Vector3d v_before = estimate->velocity;
-  estimate->velocity +=
-      low_pass_gain_ * ((p - estimate->position) / period_ - v_before);
-  estimate->device_force += low_pass_gain_ * (F_dev - estimate->device_force);
+  const auto low_pass = [this](const Vector3d& value, Vector3d* memory) {
+    StoreIfFinite(*memory + low_pass_gain_ * (value - *memory), memory);
+  };
+  low_pass((p - estimate->position) / period_, &estimate->velocity);
+  low_pass(F_dev, &estimate->device_force);
   estimate->position = p;
   const Vector3d force =
       params_.device_mass / period_ * (estimate->velocity - v_before) +
       params_.device_friction * estimate->velocity - estimate->device_force;
-  estimate->force += low_pass_gain_ * (force - estimate->force);
+  low_pass(force, &estimate->force);
 }
 
 void FourChannelHapticHalf::Update(double time, const HapticHalfInput& input,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
@@ -35,8 +36,10 @@ void FourChannelToDevice::ReadBody(const double* body) noexcept {
 }
 
 bool IsValid(const FourChannelToDevice& message) noexcept {
-  return std::isfinite(message.send_time) && message.position.allFinite() &&
-         message.velocity.allFinite() && message.sensed_force.allFinite();
+  return std::isfinite(message.send_time) &&
+         IsWithin(message.position, kMaxPosition) &&
+         IsWithin(message.velocity, kMaxSpeed) &&
+         IsWithin(message.sensed_force, kMaxForce);
 }
 
 FourChannelRobotHalf::FourChannelRobotHalf(const RobotHalfParams& shared,

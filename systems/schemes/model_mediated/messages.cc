@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
 
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/schemes/model_mediated/scheme.h"
 
@@ -38,7 +39,7 @@ void ModelMediatedSurfaceMessage::ReadBody(const double* body) noexcept {
 
 bool IsValid(const ModelMediatedMotionMessage& message) noexcept {
   return std::isfinite(message.send_time) && IsValidPose(message.pose) &&
-         message.force.allFinite();
+         IsWithin(message.force, kMaxForce);
 }
 
 bool IsValid(const ModelMediatedSurfaceMessage& message) noexcept {
@@ -46,8 +47,8 @@ bool IsValid(const ModelMediatedSurfaceMessage& message) noexcept {
   const bool has_normal = std::abs(message.normal.norm() - 1) < kTolerance ||
                           (!message.contact && message.normal.isZero(0));
   return std::isfinite(message.send_time) && has_normal &&
-         message.point.allFinite() && std::isfinite(message.stiffness) &&
-         message.stiffness > 0;
+         IsWithin(message.point, kMaxPosition) && message.stiffness > 0 &&
+         std::isfinite(message.stiffness);
 }
 
 }  // namespace dual_proxy

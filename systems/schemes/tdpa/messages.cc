@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
 
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/schemes/tdpa/scheme.h"
 
@@ -33,12 +34,13 @@ void TdpaForceMessage::ReadBody(const double* body) noexcept {
 
 bool IsValid(const TdpaMotionMessage& message) noexcept {
   return std::isfinite(message.send_time) && IsValidPose(message.pose) &&
-         std::isfinite(message.energy);
+         IsWithin(message.energy, kMaxSum);
 }
 
 bool IsValid(const TdpaForceMessage& message) noexcept {
-  return std::isfinite(message.send_time) && message.force.allFinite() &&
-         std::isfinite(message.energy);
+  return std::isfinite(message.send_time) &&
+         IsWithin(message.force, kMaxForce) &&
+         IsWithin(message.energy, kMaxSum);
 }
 
 }  // namespace dual_proxy

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dual_proxy/common/low_pass.h"
+#include "dual_proxy/common/possible.h"
 
 namespace dual_proxy {
 
@@ -14,7 +15,7 @@ void WaveSums::Add(const Eigen::Vector3d& u, double period) noexcept {
 }
 
 bool IsValid(const WaveSums& sums) noexcept {
-  return sums.wave.allFinite() && std::isfinite(sums.energy) &&
+  return IsWithin(sums.wave, kMaxSum) && IsWithin(sums.energy, kMaxSum) &&
          sums.energy >= 0;
 }
 
