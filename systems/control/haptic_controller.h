@@ -79,10 +79,10 @@ struct HapticControllerParams {
                    "the device's maximum"));
     a->Visit(Field("max_moment", &max_moment, AtLeast(0), "N m",
                    "0 for a device without moments"));
-    a->Visit(Field("selection_blend_time", &selection_blend_time, AtLeast(0),
-                   "s",
-                   "in which the damping of a new selection takes over; 0 "
-                   "switches at once, as printed"));
+    a->Visit(
+        Field("selection_blend_time", &selection_blend_time, AtLeast(0), "s",
+              "in which the damping of a new selection and new normals take "
+              "over; 0 switches at once, as printed"));
     a->Visit(
         Field("period", &period, Above(0), "s", "of the device's control"));
   }
@@ -111,9 +111,14 @@ struct HapticControllerInput {
 /** Memory of HapticController. */
 struct HapticControllerState {
   SelectionBlendState selection;
-  /// In force: those that were given last, until the damping of the selection
-  /// that they belong to has gone.
+  /// Those that were given last, until the damping of the selection that they
+  /// belong to has gone.
+  Eigen::Matrix3d asked_normals{Eigen::Matrix3d::Zero()};
+  /// In force: those before, and by normals_progress, 0 to 1, those that
+  /// follow.
+  Eigen::Matrix3d last_normals{Eigen::Matrix3d::Zero()};
   Eigen::Matrix3d contact_normals{Eigen::Matrix3d::Zero()};
+  double normals_progress{1};
   /// Filtered force of the handle on the hand, and the integral's, N, in D.
   Eigen::Vector3d sensed{Eigen::Vector3d::Zero()};
   Eigen::Vector3d integral_force{Eigen::Vector3d::Zero()};
@@ -149,7 +154,9 @@ without force space has open-loop control by it.
 
 A new Omega_fh takes over by a SelectionBlend, without which the damping steps
 by up to a newton at touch. What would pull the hand into a surface is left out
-of F (RemovePull()): what damps a hand that lifts would do so. The device
+of F (RemovePull()): what damps a hand that lifts would do so. Where the normals
+change, what is left out goes over in selection_blend_time: it would step. What
+changes again meanwhile has its turn afterwards. The device
 compensates its own gravity p_h. Force and moment are saturated last, on their
 norms. If an input that is used is not finite, or a normal no unit vector, the
 device wrench is zero and state.bad_inputs counts it.
@@ -174,6 +181,8 @@ class HapticController {
       HapticControllerState* state) const noexcept;
 
  private:
+  void TakeNormals(const Eigen::Matrix3d& normals, bool first,
+                   HapticControllerState* state) const noexcept;
   bool IsUsable(const HapticControllerInput& input) const noexcept;
   Eigen::Vector3d CloseForceLoop(const Eigen::Vector3d& force,
                                  const Eigen::Vector3d& handle_force,
@@ -184,6 +193,7 @@ class HapticController {
 
   HapticControllerParams params_;
   SelectionBlend blend_;
+  double normals_step_;
   double sensed_gain_;
 };
 

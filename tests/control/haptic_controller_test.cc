@@ -99,10 +99,39 @@ TEST_F(HapticControllerTest, PullsTheHandIntoNoSurface) {
   EXPECT_EQ(update(0, Omega_z_, normals), Vector6d::Unit(0) * 0.1);
   EXPECT_NEAR(update(3, Omega_z_, normals)(2), 3 - 27 * 0.05, 1e-12);
   // Nor while the damping fades after the contact is lost.
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 70; ++i) {
     ASSERT_NEAR(update(0, Matrix3d::Zero(), none_)(2), 0, 1e-12) << i;
   }
   EXPECT_TRUE(state_.contact_normals.isZero(0));
+}
+
+// A force that one surface lets be and the next does not, both ways, turned in
+// small steps and in large ones, and once more before that is over.
+TEST_F(HapticControllerTest, NormalsThatChangeMakeNoStep) {
+  const Vector3d force(3, -4, 5);
+  const double most = force.norm() * 1.0001 / 30;
+  Vector3d last = force;
+  const auto update = [&](const Matrix3d& normals) {
+    const Vector3d sent = dut_.Update({force, Vector3d::Zero(),
+                                       Vector6d::Zero(), Omega_z_, normals},
+                                      &state_)
+                              .head<3>();
+    EXPECT_LE((sent - last).norm(), most);
+    last = sent;
+  };
+  update(none_);
+  Matrix3d normals = none_;
+  for (int i = 0; i < 300; ++i) {
+    if (i % 20 == 0) {
+      normals.col(0) = Vector3d(std::sin(i), 0, std::cos(i));
+      normals.col(1) = Vector3d(0, i % 3 == 0 ? -1 : 0, 0);
+    }
+    update(normals);
+  }
+  for (int i = 0; i < 61; ++i) update(normals);
+  EXPECT_LE((normals.transpose() * last).maxCoeff(), 1e-12);
+  for (int i = 0; i < 61; ++i) update(none_);
+  EXPECT_EQ(last, force);
 }
 
 TEST_F(HapticControllerTest, MomentsAreOffByDefault) {

@@ -67,6 +67,15 @@ def test_remote_ultrasound_over_a_bad_link():
     assert signal(log.loc[recovered:], "contact_force").max() < 12.0
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("scene", ["sim_cylinder_wall", "sim_surfaces", "inner_corner"])
+def test_what_the_hand_feels_does_not_step(scene, seed):
+    """Where surfaces come and go, too, into which nothing is to pull it."""
+    log = dp.run(scene, engine="bare", seed=seed).log
+    steps = np.diff(signal(log, "device_force"), axis=0)
+    assert np.linalg.norm(steps, axis=1).max() < 0.1
+
+
 @pytest.mark.parametrize("delay", [0.0, 0.35, 1.5])
 def test_the_hand_is_never_pulled_into_the_table(delay):
     log = dp.run("plane", delay=delay, engine="bare").log
