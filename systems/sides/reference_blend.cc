@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/sides/reference_blend.h"
 
+#include "dual_proxy/common/possible.h"
+#include "dual_proxy/proxy/directions_apart.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
 namespace dual_proxy {
@@ -15,6 +17,11 @@ constexpr double kCatchUpTime = 2;  // s
 constexpr double kMet = 1e-3;
 constexpr double kMetSpeed = 0.01;
 constexpr double kSame = 1e-9;
+// N/s: while a hand comes to feel a direction again and yields, which takes up
+// to a second and two delays.
+constexpr double kReturnRate = 1;
+// Squared sine of the angle at which two directions are not the same.
+constexpr double kApart = 0.5;
 // Above a limit by more than rounding.
 constexpr double kRounding = 1 + 1e-6;
 
@@ -30,8 +37,10 @@ TrajectoryLimiterParams CatchUpLimits(const RobotSideProxyParams& params) {
 }
 
 bool IsValid(const PlannerReference& planner) {
-  return IsSelection(planner.selection) && planner.position.allFinite() &&
-         planner.velocity.allFinite() && planner.force.allFinite();
+  return IsSelection(planner.selection) &&
+         IsWithin(planner.position, kMaxPosition) &&
+         IsWithin(planner.velocity, kMaxSpeed) &&
+         IsWithin(planner.force, kMaxForce);
 }
 
 }  // namespace
@@ -52,7 +61,13 @@ void ReferenceBlend::TakePlanner(const PlannerReference& planner, bool ready,
   } else {
     state->planner.selection.setZero();
   }
-  if (state->planner.selection != last) state->catch_up_time = 0;
+  const Matrix3d& Omega_p = state->planner.selection;
+  if (Omega_p == last) return;
+  state->catch_up_time = 0;
+  const Matrix3d returned = DirectionsApart(last, Omega_p, kApart);
+  state->returned = returned.isZero(0)
+                        ? DirectionsApart(state->returned, Omega_p, kApart)
+                        : returned;
 }
 
 void ReferenceBlend::MovePosition(const Vector3d& p_BE, const Vector3d& x_pr,
@@ -114,6 +129,14 @@ void ReferenceBlend::MoveForce(const RobotSetpoint& setpoint,
   if (!Omega_p.isZero(0)) {
     const Vector3d asked = Saturate(state->planner.force, params_.max_force);
     wanted = setpoint.force_selection * (F_r + Omega_p * (asked - F_r));
+  }
+  const Matrix3d& returned = state->returned;
+  if (!returned.isZero(0)) {
+    const Vector3d asked = returned * wanted;
+    const Vector3d bounded = Saturate(
+        asked, (returned * state->force).norm() + kReturnRate * params_.period);
+    wanted += bounded - asked;
+    if (bounded == asked) state->returned.setZero();
   }
   state->force = RateLimit(state->force, wanted, most);
 }

@@ -26,6 +26,9 @@ struct ReferenceBlendState {
   /** x, m, and its velocity, while blending; its rotation is not used. */
   TrajectoryLimiterState limiter;
   Eigen::Vector3d force{Eigen::Vector3d::Zero()};  ///< F, N, while blending.
+  /** A projection: directions that a planner has handed back, and in which F
+  has not met F_r yet. */
+  Eigen::Matrix3d returned{Eigen::Matrix3d::Zero()};
   /** s, since Omega_p changed; 2 once x has met what is wanted. */
   double catch_up_time{0};
 
@@ -50,10 +53,13 @@ Whoever takes a direction over or hands it back, and whatever a planner asks
 for, nothing steps. x goes to what is wanted through a TrajectoryLimiter with
 the proxy's limits; after each change of Ω_p with catch_up_share of its
 accelerations, until it has met it (or for 2 s). F changes at the proxy's
-force_rate. With no direction in a planner's hands, and x and F where the
-operator's are, both are the operator's, to the bit. What a half lets step on
-purpose (F_r at a bumpless hand-over, x_pr where a contact is let go) steps here
-as well.
+force_rate; in directions that are handed back it grows by 1 N/s at most until
+it has met F_r. A hand that feels nothing of a direction sinks to where it means
+to be, and what its spring asks for there, until the hand feels the contact
+again and yields to it, is a press that nobody means. With no direction in a
+planner's hands, and x and F where the operator's are, both are the operator's,
+to the bit. What a half lets step on purpose (F_r at a bumpless hand-over, x_pr
+where a contact is let go) steps here as well.
 
 x_planner is kept within the proxy's workspace and max_distance of the robot,
 F_planner within its max_force. A reference that is not finite, or whose

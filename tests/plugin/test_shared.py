@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import dual_proxy as dp
-from dual_proxy.log import signal, signals
+from dual_proxy.log import signal
 
 SCENE = dp.load_scenario("shared")
 (TAKEN, BACK), *_ = SCENE.planner.active
@@ -80,7 +80,16 @@ def test_the_hand_has_it_back(run):
     assert after == pytest.approx(before, abs=0.3 + delay)
 
 
-def test_a_scheme_without_selections_does_without_the_planner():
-    run = dp.run("shared", engine="bare", scheme="position_force", duration=7.0)
-    assert run.metrics["finite"]
-    assert "planner_selection" not in signals(run.log.columns)
+@pytest.mark.parametrize("seed", range(5))
+def test_the_press_does_not_double(seed):
+    """As the hand has sunk while it felt nothing."""
+    log = dp.run("shared", engine="bare", seed=seed, duration=14.0).log
+    force = signal(log, "contact_force")[:, 2]
+    before = force[between(log, BACK - 0.5, BACK)].mean()
+    after = force[between(log, BACK, BACK + 1.0)]
+    assert np.abs(after - before).max() < 1.5
+
+
+def test_a_scheme_without_selections_has_no_use_for_it():
+    with pytest.raises(dp.ScenarioError, match=r"planner\.active: .* position_force"):
+        dp.run("shared", engine="bare", scheme="position_force")

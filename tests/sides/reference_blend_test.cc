@@ -116,6 +116,31 @@ TEST_F(ReferenceBlendTest, HandsBackToTheBit) {
 }
 
 // Whatever is taken over, handed back, asked for, or refused.
+// The hand has sunk meanwhile, and asks for more than it is to get at once;
+// less it has at once, and what it once has met it keeps.
+TEST_F(ReferenceBlendTest, AForceThatIsHandedBackGrowsSlowly) {
+  for (int i = 0; i < 300; ++i) Step(Normal(-2));
+  EXPECT_EQ(setpoint_.reference_force.z(), -2);
+  double last = 2;
+  int met = 0;
+  for (int i = 0; i < 4000; ++i) {
+    Step({});
+    const double asked = -own_.reference_force.z();
+    const double force = -setpoint_.reference_force.z();
+    if (met == 0) {
+      ASSERT_LE(force, std::max(last, std::min(asked, last + 1.001e-3))) << i;
+      ASSERT_GE(force, std::min(asked, last)) << i;
+    }
+    if (force == asked) met = met == 0 ? i : met;
+    if (met > 0) {
+      ASSERT_EQ(force, asked) << i;
+    }
+    last = force;
+  }
+  EXPECT_GT(met, 1000);
+  EXPECT_FALSE(state_.blending);
+}
+
 TEST_F(ReferenceBlendTest, NothingSteps) {
   RandomStream random(5);
   const double v_max = params_.limiter.max_velocity;
