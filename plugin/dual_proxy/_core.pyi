@@ -356,7 +356,7 @@ class CommunicationChannelParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'delay': 's, >= 0: of every message, one way, default 0', 'jitter': 's, >= 0: standard deviation of the normal whose absolute value is added to the delay of each message: none is early, default 0', 'loss': 'in [0, 1]: probability that a message is lost; a dead link has 1, default 0', 'reordering': 'true: a message may overtake an earlier one, as with UDP; false: it arrives no earlier than those sent before it, as with TCP, default true', 'outages': 'list of : [start, end] each, s: every message sent from start until end is lost'}
+    fields: typing.ClassVar[dict] = {'delay': 's, in [0, 10]: of every message, one way; a scenario refuses one that is not a message interval less than max_age, default 0', 'jitter': 's, >= 0: standard deviation of the normal whose absolute value is added to the delay of each message: none is early, default 0', 'loss': 'in [0, 1]: probability that a message is lost; a dead link has 1, default 0', 'reordering': 'true: a message may overtake an earlier one, as with UDP; false: it arrives no earlier than those sent before it, as with TCP, default true', 'outages': 'list of : [start, end] each, s: every message sent from start until end is lost'}
     def __copy__(self) -> CommunicationChannelParams:
         ...
     def __deepcopy__(self, memo: dict) -> CommunicationChannelParams:
@@ -381,7 +381,7 @@ class CommunicationChannelParams:
     @property
     def delay(self) -> float:
         """
-        s, >= 0: of every message, one way, default 0
+        s, in [0, 10]: of every message, one way; a scenario refuses one that is not a message interval less than max_age, default 0
         """
     @delay.setter
     def delay(self, arg1: typing.Any) -> None:
@@ -3792,7 +3792,7 @@ class HapticControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'method': 'one of "open_loop", "force_feedback", "position": for a light device, one with a force sensor, a heavy one, default "open_loop"', 'force_damping': "N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum; not with `position`, which has its own, default 27", 'force_gain': ">= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this; for heavy devices: with a light one the loop swings (a scenario refuses it), default 8", 'force_integral_gain': '1/s, >= 0: Kif_h, of force_feedback, default 30', 'max_integral_force': 'N, >= 0: bound on what the integral adds, default 10', 'force_filter_cutoff': 'Hz, >= 0: low-pass of the sensed force; 0 is none, default 30', 'position_stiffness': "N/m, >= 0: of `position`, towards the haptic proxy: the hand feels this / k_vir_h times the robot's force, as much as the robot where k_vir_r is this / map.scale, default 4000", 'position_damping': 'N s/m, >= 0: of `position`, in force space, default 150', 'position_force_rate': "N/s, > 0: bound on the change of that spring's force, whose proxy moves with each message, default 300", 'max_force': "N, >= 0: the device's maximum, default 12", 'max_moment': 'N m, >= 0: 0 for a device without moments, default 0', 'selection_blend_time': 's, >= 0: in which the damping of a new selection takes over; 0 switches at once, as printed, default 0.03', 'period': "s, > 0: of the device's control, default 0.001"}
+    fields: typing.ClassVar[dict] = {'method': 'one of "open_loop", "force_feedback", "position": for a light device, one with a force sensor, a heavy one, default "open_loop"', 'force_damping': "N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum; not with `position`, which has its own, default 27", 'force_gain': ">= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this; for heavy devices: with a light one the loop swings (a scenario refuses it), default 8", 'force_integral_gain': '1/s, >= 0: Kif_h, of force_feedback, default 30', 'max_integral_force': 'N, >= 0: bound on what the integral adds, default 10', 'force_filter_cutoff': 'Hz, >= 0: low-pass of the sensed force; 0 is none, default 30', 'position_stiffness': "N/m, >= 0: of `position`, towards the haptic proxy: the hand feels this / k_vir_h times the robot's force, as much as the robot where k_vir_r is this / map.scale, default 4000", 'position_damping': 'N s/m, >= 0: of `position`, in force space, default 150', 'position_force_rate': "N/s, > 0: bound on the change of that spring's force, whose proxy moves with each message, default 300", 'max_force': "N, >= 0: the device's maximum, default 12", 'max_moment': 'N m, >= 0: 0 for a device without moments, default 0', 'selection_blend_time': 's, >= 0: in which the damping of a new selection and new normals take over; 0 switches at once, as printed, default 0.03', 'period': "s, > 0: of the device's control, default 0.001"}
     def __copy__(self) -> HapticControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> HapticControllerParams:
@@ -3913,7 +3913,7 @@ class HapticControllerParams:
     @property
     def selection_blend_time(self) -> float:
         """
-        s, >= 0: in which the damping of a new selection takes over; 0 switches at once, as printed, default 0.03
+        s, >= 0: in which the damping of a new selection and new normals take over; 0 switches at once, as printed, default 0.03
         """
     @selection_blend_time.setter
     def selection_blend_time(self, arg1: typing.Any) -> None:
@@ -6767,7 +6767,7 @@ class OperatorAidsParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'buttons': 'whether clutch, home and force scale act and are logged, default false', 'clutch': 'ClutchParams: that re-centres the hand', 'max_force_scale': ">= 1: most by which the hand may have its force multiplied; the loop's gain grows with it, default 2", 'force_scale_rate': '1/s, > 0: at which a new force scale takes over, default 1', 'max_damping': "N s/m, >= 0: with which the hand pays for what a change of the force's gain gives it, default 27", 'homing': 'HomingParams: of the handle, before it is engaged', 'workspace_wall': "WorkspaceWallParams: at the edge of the device's workspace", 'guidance': 'GuidanceParams: virtual fixture for the hand', 'period': 's, > 0: between updates, default 0.001'}
+    fields: typing.ClassVar[dict] = {'buttons': 'whether clutch, home and force scale act and are logged, default false', 'clutch': 'ClutchParams: that re-centres the hand', 'max_force_scale': "in [1, 10]: most by which the hand may have its force multiplied; the loop's gain grows with it, default 2", 'force_scale_rate': '1/s, > 0: at which a new force scale takes over, default 1', 'max_damping': "N s/m, >= 0: with which the hand pays for what a change of the force's gain gives it, default 27", 'homing': 'HomingParams: of the handle, before it is engaged', 'workspace_wall': "WorkspaceWallParams: at the edge of the device's workspace", 'guidance': 'GuidanceParams: virtual fixture for the hand', 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> OperatorAidsParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperatorAidsParams:
@@ -6840,7 +6840,7 @@ class OperatorAidsParams:
     @property
     def max_force_scale(self) -> float:
         """
-        >= 1: most by which the hand may have its force multiplied; the loop's gain grows with it, default 2
+        in [1, 10]: most by which the hand may have its force multiplied; the loop's gain grows with it, default 2
         """
     @max_force_scale.setter
     def max_force_scale(self, arg1: typing.Any) -> None:
@@ -7501,7 +7501,7 @@ class LinkParams:
     @property
     def delay(self) -> float:
         """
-        s, >= 0: of every message, one way, default 0
+        s, in [0, 10]: of every message, one way; a scenario refuses one that is not a message interval less than max_age, default 0
         """
     @delay.setter
     def delay(self, arg1: typing.Any) -> None:

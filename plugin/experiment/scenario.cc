@@ -5,12 +5,14 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <numbers>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
 #include <type_traits>
 #include <vector>
 
+#include "dual_proxy/common/norm.h"
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/control/loop_stability.h"
@@ -20,7 +22,6 @@ namespace {
 
 // Share of the device's workspace that an intended path may use.
 constexpr double kReach = 0.95;
-constexpr double kMaxDelay = 10.0;  // s
 // Steps for which the gains are made, of control and of the plant, s.
 constexpr double kUsualStep = 1e-3;
 // How much longer both steps could be.
@@ -318,9 +319,6 @@ void Scenario::CheckAcross() const {
   const double delay = link.delay();
   const double rate = link.rate();
   const double interval = 1.0 / rate;
-  Checker::Named(name, [&] {
-    ThrowUnlessIn("Scenario", "link.delay", delay, Between(0, kMaxDelay));
-  });
   if (link.monitor.timeout * rate < 2.0) {
     throw ScenarioError(Join(
         name, ".link.timeout: expected at least two messages long (",
@@ -342,6 +340,8 @@ void Scenario::CheckAcross() const {
              control_period, " s), got ", angular_filter.filter.period));
   }
   CheckStart();
+  CheckPlanner();
+  CheckForceScale();
   if (robot == RobotKind::kPointMass) CheckPointMass();
   CheckPeriods();
   CheckHapticForceLoop();
@@ -360,6 +360,43 @@ void Scenario::CheckAcross() const {
                       sensor.moment_noise_std);
   }
   if (operator_params.recording.empty()) CheckWaypoints();
+}
+
+void Scenario::CheckPlanner() const {
+  if (planner.active.empty()) return;
+  if (!UsesSelections(scheme)) {
+    throw ScenarioError(
+        Join(name, ".planner.active: expected none with scheme ",
+             EnumToString(scheme), ", which has no directions of force"));
+  }
+  const double force = StableNorm(planner.force);
+  if (force > robot_proxy.max_force) {
+    throw ScenarioError(Join(name, ".planner.force: expected at most ",
+                             "robot_proxy.max_force (", robot_proxy.max_force,
+                             " N), got ", force));
+  }
+  const double amplitude = planner.scan_amplitude.cwiseAbs().maxCoeff();
+  const double fastest = robot_proxy.limiter.max_velocity;
+  const double rate = 2 * std::numbers::pi * planner.scan_frequency;
+  if (rate * amplitude > fastest) {
+    const double most = fastest / (2 * std::numbers::pi * amplitude);
+    throw ScenarioError(
+        Join(name, ".planner.scan_frequency: expected a scan of ", amplitude,
+             " m no faster than robot_proxy.limiter.max_velocity (", fastest,
+             " m/s), which is ", std::floor(100 * most) / 100, " Hz, got ",
+             planner.scan_frequency));
+  }
+}
+
+void Scenario::CheckForceScale() const {
+  const std::vector<Eigen::Vector2d>& scales = operator_params.force_scale;
+  const double most = operator_aids.max_force_scale;
+  for (std::size_t i = 0; i < scales.size(); ++i) {
+    if (scales[i](1) <= most) continue;
+    throw ScenarioError(
+        Join(name, ".operator.force_scale[", i, "][1]: expected at most ",
+             "operator_aids.max_force_scale (", most, "), got ", scales[i](1)));
+  }
 }
 
 void Scenario::CheckPointMass() const {

@@ -392,6 +392,8 @@ struct Scenario {
   void CheckFields();
   void CheckAcross() const;
   void CheckStart() const;
+  void CheckPlanner() const;
+  void CheckForceScale() const;
   void CheckPointMass() const;
   void CheckPeriods() const;
   void CheckHapticForceLoop() const;

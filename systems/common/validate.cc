@@ -13,6 +13,8 @@
 
 #include <Eigen/LU>
 
+#include "dual_proxy/common/validate_entries.h"
+
 namespace dual_proxy {
 namespace {
 
@@ -32,10 +34,6 @@ std::string Text(const Matrix& matrix) {
   std::ostringstream text;
   text << matrix.format(OneLine());
   return text.str();
-}
-
-std::string EntryName(const char* field, Eigen::Index index) {
-  return std::string(field) + "[" + std::to_string(index) + "]";
 }
 
 std::string NameOf(const Bound& bound) {
@@ -115,9 +113,23 @@ void ThrowUnlessIn(const char* who, const char* field,
     }
   } else {
     for (Eigen::Index i = 0; i < values.size(); ++i) {
-      ThrowUnlessIn(who, EntryName(field, i).c_str(), values.reshaped()(i),
-                    range);
+      ThrowUnlessIn(who, EntryName(field, static_cast<std::size_t>(i)).c_str(),
+                    values.reshaped()(i), range);
     }
+  }
+}
+
+std::string EntryName(const std::string& name, std::size_t index) {
+  return name + "[" + std::to_string(index) + "]";
+}
+
+void ThrowUnlessSpans(const char* who, const char* field,
+                      const std::vector<Eigen::Vector2d>& spans) {
+  for (std::size_t i = 0; i < spans.size(); ++i) {
+    const std::string entry = EntryName(field, i);
+    ThrowUnlessIn(who, entry.c_str(), spans[i], AtLeast(0));
+    ThrowUnlessIn(who, EntryName(entry, 1).c_str(), spans[i](1),
+                  Above({spans[i](0), "its start"}));
   }
 }
 

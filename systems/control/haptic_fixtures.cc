@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/common/norm.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
@@ -41,14 +42,14 @@ Vector3d WorkspaceWall::Calc(const Vector3d& p,
 void GuidanceParams::Validate() const {
   const char* who = "GuidanceParams";
   ValidateFields(who, *this);
-  ThrowUnlessIn(who, "direction", direction.norm(), Above(0));
+  ThrowUnlessIn(who, "direction", StableNorm(direction), Above(0));
 }
 
 Guidance::Guidance(const GuidanceParams& params, double period)
     : params_((params.Validate(), params)),
       max_step_(params.force_rate * period) {
   ThrowUnlessIn("Guidance", "period", period, Above(0));
-  const Vector3d d = params_.direction.normalized();
+  const Vector3d d = params_.direction / StableNorm(params_.direction);
   const Matrix3d along = d * d.transpose();
   if (params_.shape == GuidanceShape::kPlane) guided_ = along;
   if (params_.shape == GuidanceShape::kLine) {

@@ -5,15 +5,14 @@
 #include <cmath>
 #include <utility>
 
+#include "dual_proxy/common/validate_entries.h"
+
 namespace dual_proxy {
 
 void CommunicationChannelParams::Validate() const {
   const char* who = "CommunicationChannelParams";
   ValidateFields(who, *this);
-  for (const Eigen::Vector2d& outage : outages) {
-    ThrowUnlessIn(who, "outages", outage, AtLeast(0));
-    ThrowUnlessIn(who, "outages", outage(1), Above({outage(0), "its start"}));
-  }
+  ThrowUnlessSpans(who, "outages", outages);
 }
 
 InFlightMessages::InFlightMessages(const InFlightMessages& other)

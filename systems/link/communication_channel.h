@@ -28,8 +28,9 @@ struct CommunicationChannelParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(
-        Field("delay", &delay, AtLeast(0), "s", "of every message, one way"));
+    a->Visit(Field("delay", &delay, Between(0, 10), "s",
+                   "of every message, one way; a scenario refuses one that is "
+                   "not a message interval less than max_age"));
     a->Visit(Field("jitter", &jitter, AtLeast(0), "s",
                    "standard deviation of the normal whose absolute value is "
                    "added to the delay of each message: none is early"));

@@ -9,6 +9,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "dual_proxy/common/validate.h"
+#include "dual_proxy/common/validate_entries.h"
 
 namespace dual_proxy {
 
@@ -38,15 +39,12 @@ Eigen::Matrix3d CalcSpan(const std::vector<Eigen::Vector3d>& vectors) {
 void LocalPlannerParams::Validate() const {
   const char* who = "LocalPlannerParams";
   ValidateFields(who, *this);
-  for (const Eigen::Vector2d& interval : active) {
-    ThrowUnlessIn(who, "active", interval, AtLeast(0));
-    ThrowUnlessIn(who, "active", interval(1),
-                  Above({interval(0), "its start"}));
-  }
-  for (const Eigen::Vector3d& direction : directions) {
-    ThrowUnlessIn(who, "directions", direction, Finite());
-    if (direction == Eigen::Vector3d::Zero()) {
-      ThrowInvalidField(who, "directions", "vectors with a direction", 0);
+  ThrowUnlessSpans(who, "active", active);
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    const std::string entry = EntryName("directions", i);
+    ThrowUnlessIn(who, entry.c_str(), directions[i], Finite());
+    if (directions[i] == Eigen::Vector3d::Zero()) {
+      ThrowInvalidField(who, entry.c_str(), "a vector with a direction", 0);
     }
   }
   if (!active.empty() && directions.empty()) {

@@ -33,7 +33,7 @@ struct OperatorAidsParams {
     a->Visit(Field("buttons", &buttons,
                    "whether clutch, home and force scale act and are logged"));
     a->Visit(Field("clutch", &clutch, "that re-centres the hand"));
-    a->Visit(Field("max_force_scale", &max_force_scale, AtLeast(1), "",
+    a->Visit(Field("max_force_scale", &max_force_scale, Between(1, 10), "",
                    "most by which the hand may have its force multiplied; the "
                    "loop's gain grows with it"));
     a->Visit(Field("force_scale_rate", &force_scale_rate, Above(0), "1/s",

@@ -109,7 +109,7 @@ struct RobotSideState {
   ContactPerceptionState perception;
   LocalPlannerState planner;
   ReferenceBlendState blend;
-  GripperState gripper;           ///< Its width is for the gripper's driver.
+  GripperState gripper;  ///< Its width is for the gripper's driver.
   /** s: of the last cycle whose time was not refused. */
   double time{-std::numeric_limits<double>::infinity()};
   RobotSideOutput<Robot> output;  ///< Of the last cycle.

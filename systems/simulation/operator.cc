@@ -5,6 +5,7 @@
 
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/common/validate.h"
+#include "dual_proxy/common/validate_entries.h"
 
 namespace dual_proxy {
 namespace {
@@ -80,22 +81,17 @@ void ValidateButtons(const char* who,
                      const std::vector<Eigen::Vector2d>& home,
                      const std::vector<Eigen::Vector2d>& force_scale,
                      const std::vector<Eigen::Vector2d>& gripper) {
-  const auto check = [who](const char* name,
-                           const std::vector<Eigen::Vector2d>& spans) {
-    for (const Eigen::Vector2d& span : spans) {
-      ThrowUnlessIn(who, name, span, AtLeast(0));
-      ThrowUnlessIn(who, name, span(1), Above({span(0), "its start"}));
-    }
-  };
-  check("clutch", clutch);
-  check("home", home);
+  ThrowUnlessSpans(who, "clutch", clutch);
+  ThrowUnlessSpans(who, "home", home);
   const auto check_steps = [who](const char* name,
                                  const std::vector<Eigen::Vector2d>& steps) {
     double last = -1;
-    for (const Eigen::Vector2d& step : steps) {
-      ThrowUnlessIn(who, name, step, AtLeast(0));
-      ThrowUnlessIn(who, name, step(0), Above({last, "the time before"}));
-      last = step(0);
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      const std::string entry = EntryName(name, i);
+      ThrowUnlessIn(who, entry.c_str(), steps[i], AtLeast(0));
+      ThrowUnlessIn(who, EntryName(entry, 0).c_str(), steps[i](0),
+                    Above({last, "the time before"}));
+      last = steps[i](0);
     }
   };
   check_steps("force_scale", force_scale);

@@ -90,6 +90,9 @@ TEST_F(GuidanceTest, LeadsOntoALineOrAPlane) {
   params_.direction = {0, 1, 0};
   EXPECT_LT((Settle(Guidance(params_, 0.001), p) - Vector3d(0, -1.2, 0)).norm(),
             1e-12);
+  params_.direction = {0, 1e200, 0};  // Of any length.
+  EXPECT_LT((Settle(Guidance(params_, 0.001), p) - Vector3d(0, -1.2, 0)).norm(),
+            1e-12);
   params_.shape = GuidanceShape::kNone;
   EXPECT_TRUE(Settle(Guidance(params_, 0.001), p).isZero(0));
 }

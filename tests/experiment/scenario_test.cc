@@ -426,6 +426,61 @@ TEST(ScenarioTest, FieldsThatContradictEachOtherAreNamed) {
             "got 0.0005");
 }
 
+TEST(ScenarioTest, EntriesOfListsAreNamed) {
+  using S = Scenario;
+  using Spans = std::vector<Eigen::Vector2d>;
+  EXPECT_EQ(ErrorAfter([](S* s) {
+              s->operator_params.force_scale = Spans{{1, 1}, {5, -1}};
+            }),
+            "tiny.operator.force_scale[1][1]: expected a finite value >= 0, "
+            "got -1");
+  EXPECT_EQ(
+      ErrorAfter(
+          [](S* s) { s->operator_params.force_scale = Spans{{2, 1}, {1, 1}}; }),
+      "tiny.operator.force_scale[1][0]: expected a finite value > the time "
+      "before = 2, got 1");
+  EXPECT_EQ(
+      ErrorAfter([](S* s) { s->operator_params.clutch = Spans{{7, 5}}; }),
+      "tiny.operator.clutch[0][1]: expected a finite value > its start = 7, "
+      "got 5");
+  EXPECT_EQ(
+      ErrorAfter([](S* s) { s->link.channel.outages = Spans{{1, 2}, {3, 1}}; }),
+      "tiny.link.outages[1][1]: expected a finite value > its start = 3, "
+      "got 1");
+}
+
+TEST(ScenarioTest, APlannerHasToBeAbleTo) {
+  const auto error = [](auto change) {
+    return ErrorAfter([change](Scenario* s) {
+      s->planner.active = {{1, 2}};
+      s->planner.directions = {{0, 0, 1}};
+      change(s);
+    });
+  };
+  using S = Scenario;
+  EXPECT_EQ(error([](S* s) { s->scheme = SchemeOf<TdpaScheme>; }),
+            "tiny.planner.active: expected none with scheme tdpa, which has no "
+            "directions of force");
+  EXPECT_EQ(error([](S* s) { s->planner.force.z() = -500; }),
+            "tiny.planner.force: expected at most robot_proxy.max_force (20 "
+            "N), got 500");
+  EXPECT_EQ(error([](S* s) {
+              s->planner.scan_amplitude.y() = 0.02;
+              s->planner.scan_frequency = 100;
+              s->robot_proxy.limiter.max_velocity = 0.3;
+            }),
+            "tiny.planner.scan_frequency: expected a scan of 0.02 m no faster "
+            "than robot_proxy.limiter.max_velocity (0.3 m/s), which is "
+            "2.38 Hz, got 100");
+}
+
+TEST(ScenarioTest, AForceScaleStaysBelowTheMost) {
+  EXPECT_EQ(ErrorAfter(
+                [](Scenario* s) { s->operator_params.force_scale = {{5, 3}}; }),
+            "tiny.operator.force_scale[0][1]: expected at most "
+            "operator_aids.max_force_scale (2), got 3");
+}
+
 // The default gain is for heavy devices; the default device is light.
 TEST(ScenarioTest, ForceLoopsOfTheDeviceThatSwingAreRefused) {
   const auto error = [](double device_mass, double gain, double integral_gain) {

@@ -123,7 +123,7 @@ def test_guidance_and_wall_act_in_a_run():
 
 
 def test_problems_name_the_field():
-    with pytest.raises(dp.ScenarioError, match=r"operator\.clutch: expected .*start"):
+    with pytest.raises(dp.ScenarioError, match=r"operator\.clutch\[0\]\[1\]: .*start"):
         run(overrides={"operator.clutch": [[2.0, 1.0]]})
     with pytest.raises(dp.ScenarioError, match=r"guidance\.direction"):
         run(

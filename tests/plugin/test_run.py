@@ -192,6 +192,7 @@ def test_save_writes_what_it_says(tmp_path):
     assert report == tmp_path / "out" / "report.html"
     names = {path.name for path in report.parent.iterdir()}
     assert names == {
+        "claims.json",
         "log.mcap",
         "log.npz",
         "metrics.json",

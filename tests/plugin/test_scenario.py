@@ -192,7 +192,7 @@ def test_shared_values_are_written_once(plane):
         ("link.delay", True, "plane.link.delay: expected a number, got True"),
         ("link.delay", None, "plane.link.delay: expected a number, got None"),
         ("link.delay", math.nan, "plane.link.delay: expected a finite number"),
-        ("link.delay", -0.1, r"plane.link.delay: expected .*0, got -0.1"),
+        ("link.delay", -0.1, r"plane.link.delay: expected .*10], got -0.1"),
         ("link.delay", 10.5, r"plane.link.delay: expected .*\[0, 10\], got 10.5"),
         ("link.loss", 1.5, "plane.link.loss: expected"),
         ("link.rate", 1e6, "plane.link.rate: expected"),

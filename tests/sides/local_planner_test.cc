@@ -62,11 +62,11 @@ TEST(LocalPlannerTest, ParamsAreChecked) {
   LocalPlannerParams params = Scan();
   params.active = {{2, 1}};
   EXPECT_EQ(ValidationError(params),
-            "LocalPlannerParams: field `active` expected a finite value > "
-            "its start = 2, got 1");
+            "LocalPlannerParams: field `active[0][1]` expected a finite "
+            "value > its start = 2, got 1");
   params = Scan();
   params.directions = {{0, 0, 0}};
-  EXPECT_NE(ValidationError(params).find("`directions`"), std::string::npos);
+  EXPECT_NE(ValidationError(params).find("`directions[0]`"), std::string::npos);
   params.directions.clear();
   EXPECT_NE(ValidationError(params).find("`directions`"), std::string::npos);
   params.active.clear();

@@ -172,15 +172,17 @@ TEST_F(OperatorPathTest, PressesButtonsAtTheirTimes) {
   EXPECT_EQ(dut.Calc(1.5).force_scale, 0.5);
   EXPECT_EQ(dut.Calc(9).force_scale, 2);
   params_.clutch = {{2, 1}};
-  EXPECT_EQ(ValidationError(params_),
-            "OperatorPathParams: field `clutch` expected a finite value > its "
-            "start = 2, got 1");
+  EXPECT_EQ(
+      ValidationError(params_),
+      "OperatorPathParams: field `clutch[0][1]` expected a finite value > its "
+      "start = 2, got 1");
   params_.clutch.clear();
   params_.home = {{2, 2}};
-  EXPECT_NE(ValidationError(params_).find("`home`"), std::string::npos);
+  EXPECT_NE(ValidationError(params_).find("`home[0][1]`"), std::string::npos);
   params_.home.clear();
   params_.force_scale = {{1, 1}, {1, 2}};
-  EXPECT_NE(ValidationError(params_).find("`force_scale`"), std::string::npos);
+  EXPECT_NE(ValidationError(params_).find("`force_scale[1][0]`"),
+            std::string::npos);
 }
 
 TEST_F(OperatorPathTest, ErrorsNameFieldRangeAndValue) {

@@ -149,7 +149,7 @@ TEST(LoadScenarioTest, DrakesReaderReadsWhatPythonReads) {
 
   const Scenario everything = LoadScenario(kEverything);
   EXPECT_EQ(everything.name, "one_of_everything");
-  EXPECT_EQ(everything.scheme, SchemeOf<PositionForceScheme>);
+  EXPECT_EQ(everything.scheme, SchemeOf<ModelMediatedScheme>);
   EXPECT_EQ(everything.law, Law::kPrinted);
   EXPECT_FALSE(everything.scene.table);
   ASSERT_EQ(everything.scene.surfaces.size(), 3u);

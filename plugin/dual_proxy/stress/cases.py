@@ -337,6 +337,9 @@ def case_scenario(case: Case, base: Scenario) -> Scenario:
         If a scenario's checks refuse it, which is right of many.
     """
     overrides: Overrides = {"seed": case.seed, "scheme": case.scheme}
+    without_planner = {"scheme": case.scheme, "planner.active": []}
+    if not base.with_overrides(without_planner).uses_selections:
+        overrides |= without_planner
     for keys in case.factors.values():
         overrides |= keys
     points = overrides.get("operator.waypoints")
