@@ -8327,6 +8327,10 @@ class _ArmEngine:
         """
         Runs up to `time`, s, and logs every control period.
         """
+    def time_cycles(self, time: typing.SupportsFloat | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], int]:
+        """
+        Likewise; returns how long each call of the loop took, (n,), s, and how many pages were first touched in them.
+        """
     def watched(self) -> list:
         """
         What was watched so far: [(name, unit, value, time, most, detail)]; see experiment/run_watch.h.
@@ -8348,6 +8352,10 @@ class _PointMassEngine:
     def advance_to(self, time: typing.SupportsFloat | typing.SupportsIndex) -> None:
         """
         Runs up to `time`, s, and logs every control period.
+        """
+    def time_cycles(self, time: typing.SupportsFloat | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], int]:
+        """
+        Likewise; returns how long each call of the loop took, (n,), s, and how many pages were first touched in them.
         """
     def watched(self) -> list:
         """

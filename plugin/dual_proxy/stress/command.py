@@ -56,7 +56,7 @@ class Plan(NamedTuple):
     """Of each boundary's bisection; 0: no maps."""
 
 
-FULL = Plan(cases=6000, drake_every=300, map_steps=8)
+FULL = Plan(cases=3000, drake_every=300, map_steps=8)
 QUICK = Plan(cases=150, drake_every=0, map_steps=0)
 
 
