@@ -67,7 +67,7 @@ void BindMessages(py::module_& m) {
 
   auto any = BindState<Message>(
       m, "Message",
-      "What travels over the link, whatever the scheme: a header and up to 32 "
+      "What travels over the link, whatever the scheme: a header and up to 40 "
       "numbers, whose\nmeaning the tag tells.");
   any.def(py::init<>())
       .def_readwrite("tag", &Message::tag, "What it holds; 0: nothing.")

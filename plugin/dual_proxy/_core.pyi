@@ -43,7 +43,7 @@ class Pose:
         ...
 class Message:
     """
-    What travels over the link, whatever the scheme: a header and up to 32 numbers, whose
+    What travels over the link, whatever the scheme: a header and up to 40 numbers, whose
     meaning the tag tells.
     """
     def __copy__(self) -> Message:

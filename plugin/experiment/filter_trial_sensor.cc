@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include "dual_proxy/common/quantise.h"
 #include "dual_proxy/experiment/filter_trial_setting.h"
 
 namespace dual_proxy {
@@ -47,8 +48,7 @@ Vector3d FilterTrialSensor::Measure(const Vector3d& force) {
   measured += params_.sensor_noise * DrawNormal3(&random_);
   measured += std::sin(kHumRate * time + hum_phase_) * hum_;
   ++samples_;
-  if (params_.sensor_step == 0) return measured;
-  return (measured / params_.sensor_step).array().round() * params_.sensor_step;
+  return Quantise(measured, params_.sensor_step);
 }
 
 }  // namespace dual_proxy

@@ -21,6 +21,27 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kProjectionError = 1e-12;
 constexpr double kRotationError = 1e-9;
 
+// NaN is worse than all.
+bool IsWorse(double value, double than) {
+  return value > than || (std::isnan(value) && !std::isnan(than));
+}
+
+// The worst of a piece's values, and its row.
+struct Worst {
+  Index row{0};
+  double value{-1};
+};
+
+template <typename Value>
+Worst FindWorst(Index first, Index end, const Value& value_of) {
+  Worst worst{.row = std::min(first, end - 1)};
+  for (Index i = first; i < end; ++i) {
+    const double value = value_of(i);
+    if (IsWorse(value, worst.value)) worst = {i, value};
+  }
+  return worst;
+}
+
 // How far a matrix is from a symmetric projection.
 double ProjectionError(const Matrix3d& P) {
   const double asymmetry = (P - P.transpose()).cwiseAbs().maxCoeff();
@@ -52,7 +73,7 @@ void RunWatch::Keep(const std::string& name, const std::string& unit,
                    [&name](const auto& kept) { return kept.name == name; });
   if (found == values_.end()) {
     values_.push_back({name, unit, value, time, most, detail});
-  } else if (!(value <= found->value)) {  // NaN is worse than all.
+  } else if (IsWorse(value, found->value)) {
     *found = {name, unit, value, time, most, detail};
   }
 }
@@ -106,17 +127,21 @@ void RunWatch::AddArm(const RunLog& piece) {
 void RunWatch::AddShapes(const RunLog& piece, Index first) {
   for (const auto& [name, values] : piece.signals) {
     if (name.ends_with("selection")) {
-      for (Index i = first; i < values.rows(); ++i) {
+      const auto error = [&values](Index i) {
         RowMajorMatrix3d P;
         for (int j = 0; j < 9; ++j) P.data()[j] = values(i, j);
-        Keep("projection_error", "", ProjectionError(P), piece.time(i),
-             kProjectionError);
-      }
+        return ProjectionError(P);
+      };
+      const Worst worst = FindWorst(first, values.rows(), error);
+      Keep("projection_error", "", worst.value, piece.time(worst.row),
+           kProjectionError);
     } else if (name.ends_with("proxy_orientation")) {
-      for (Index i = first; i < values.rows(); ++i) {
-        Keep("rotation_error", "", std::abs(values.row(i).norm() - 1),
-             piece.time(i), kRotationError);
-      }
+      const auto error = [&values](Index i) {
+        return std::abs(values.row(i).norm() - 1);
+      };
+      const Worst worst = FindWorst(first, values.rows(), error);
+      Keep("rotation_error", "", worst.value, piece.time(worst.row),
+           kRotationError);
     }
   }
 }
@@ -125,11 +150,13 @@ void RunWatch::AddEnergy(const RunLog& piece, Index first) {
   if (piece.Has("device_force") && piece.Has("device_velocity")) {
     const auto force = piece.Signal<3>("device_force");
     const auto velocity = piece.Signal<3>("device_velocity");
-    for (Index i = first; i < force.rows(); ++i) {
+    const auto given = [&](Index i) {
       energy_ += params_.control_period * force.row(i).dot(velocity.row(i));
       least_energy_ = std::min(least_energy_, energy_);
-      Keep("device_energy", "J", energy_ - least_energy_, piece.time(i));
-    }
+      return energy_ - least_energy_;
+    };
+    const Worst worst = FindWorst(first, force.rows(), given);
+    Keep("device_energy", "J", worst.value, piece.time(worst.row));
   }
   if (piece.Has("observed_energy")) {
     const auto observed = piece.Signal<1>("observed_energy");
@@ -140,18 +167,21 @@ void RunWatch::AddEnergy(const RunLog& piece, Index first) {
 }
 
 void RunWatch::AddRest(const RunLog& piece, Index first) {
-  for (Index i = first; i < piece.time.size(); ++i) {
-    const double t = piece.time(i) - params_.rest_start;
-    if (t < 0) continue;
-    for (Swing& swing : swings_) {
-      if (!piece.Has(swing.signal)) continue;
-      const Vector3d value = piece.Signal<3>(swing.signal).row(i).transpose();
-      if (rest_count_ == 0) swing.first = value;
-      const Vector3d change = value - swing.first;
+  const Index end = piece.time.size();
+  while (first < end && piece.time(first) < params_.rest_start) ++first;
+  for (Swing& swing : swings_) {
+    if (first == end || !piece.Has(swing.signal)) continue;
+    const auto values = piece.Signal<3>(swing.signal);
+    if (rest_count_ == 0) swing.first = values.row(first).transpose();
+    for (Index i = first; i < end; ++i) {
+      const Vector3d change = values.row(i).transpose() - swing.first;
       swing.sum += change;
-      swing.sum_t += t * change;
+      swing.sum_t += (piece.time(i) - params_.rest_start) * change;
       swing.sum_squares += change.cwiseAbs2();
     }
+  }
+  for (Index i = first; i < end; ++i) {
+    const double t = piece.time(i) - params_.rest_start;
     rest_count_ += 1;
     rest_t_ += t;
     rest_tt_ += t * t;

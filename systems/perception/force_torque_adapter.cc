@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "dual_proxy/common/low_pass.h"
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/rotation.h"
 
 namespace dual_proxy {
@@ -106,11 +107,10 @@ void ForceTorqueAdapter::Tare(const Vector6d& net, bool at_rest,
 
 void ForceTorqueAdapter::Update(const ForceTorqueAdapterInput& input,
                                 State* state) const noexcept {
-  const bool in_range =
-      input.measured.head<3>().cwiseAbs().maxCoeff() <= params_.max_force &&
-      input.measured.tail<3>().cwiseAbs().maxCoeff() <= params_.max_moment;
-  if (!input.measured.allFinite() || !in_range || !IsValidPose(input.X_BE) ||
-      !input.p_SE.allFinite() || (input.v_BE && !input.v_BE->allFinite())) {
+  if (!IsWithin(input.measured.head<3>(), params_.max_force) ||
+      !IsWithin(input.measured.tail<3>(), params_.max_moment) ||
+      !IsValidPose(input.X_BE) || !input.p_SE.allFinite() ||
+      (input.v_BE && !input.v_BE->allFinite())) {
     ++state->bad_inputs;
     state->com_samples = 0;
     state->inertial_force.setZero();

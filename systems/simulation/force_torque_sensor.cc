@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dual_proxy/common/low_pass.h"
+#include "dual_proxy/common/quantise.h"
 
 namespace dual_proxy {
 
@@ -35,8 +36,7 @@ Eigen::Matrix<double, 6, 1> ForceTorqueSensor::Update(
     return state->adapter.wrench;
   }
   AddErrors(&sample.measured, state);
-  const double gain = state->is_started ? gain_ : 1;
-  state->is_started = true;
+  const double gain = state->samples > 0 ? gain_ : 1;
   state->filtered += gain * (sample.measured - state->filtered);
   // Drawn in any case: what else is random does not depend on it.
   const bool comes =
@@ -67,18 +67,11 @@ void ForceTorqueSensor::AddErrors(Vector6* measured,
   }
 }
 
-Vector6 ForceTorqueSensor::Quantised(Vector6 measured) const noexcept {
-  if (params_.force_step > 0) {
-    measured.head<3>() =
-        params_.force_step *
-        (measured.head<3>() / params_.force_step).array().round();
-  }
-  if (params_.moment_step > 0) {
-    measured.tail<3>() =
-        params_.moment_step *
-        (measured.tail<3>() / params_.moment_step).array().round();
-  }
-  return measured;
+Vector6 ForceTorqueSensor::Quantised(const Vector6& measured) const noexcept {
+  Vector6 result;
+  result << Quantise(measured.head<3>(), params_.force_step),
+      Quantise(measured.tail<3>(), params_.moment_step);
+  return result;
 }
 
 Vector6 ForceTorqueSensor::Delayed(const Vector6& measured,

@@ -67,13 +67,11 @@ struct ForceTorqueSensorState {
   /** Its `wrench` is the output. */
   ForceTorqueAdapterState adapter;
   RandomStream random;
-  /** False until the first good sample, with which the low-pass starts. */
-  bool is_started{false};
   /** After noise, bias and low-pass. */
   Eigen::Matrix<double, 6, 1> filtered{Eigen::Matrix<double, 6, 1>::Zero()};
   /** Samples on their way, a column each: as long as the delay, a ring. */
   Eigen::Matrix<double, 6, Eigen::Dynamic> late;
-  std::int64_t samples{0};
+  std::int64_t samples{0};  ///< Good ones; the low-pass starts with the first.
 };
 
 /** A simulated six-axis force/torque sensor between the arm and its tool:
@@ -108,7 +106,7 @@ class ForceTorqueSensor {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
 
   void AddErrors(Vector6* measured, State* state) const noexcept;
-  Vector6 Quantised(Vector6 measured) const noexcept;
+  Vector6 Quantised(const Vector6& measured) const noexcept;
   /** Takes a sample and gives the one of a delay ago. */
   Vector6 Delayed(const Vector6& measured, State* state) const noexcept;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dual_proxy/common/low_pass.h"
+#include "dual_proxy/common/quantise.h"
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
@@ -52,7 +53,7 @@ SimulatedHapticDeviceState SimulatedHapticDevice::MakeState(
     const Pose& pose) const {
   State state;
   state.pose = {ClampToWorkspace(pose.p), pose.R};
-  state.read_pose = {Quantize(state.pose.p), pose.R};
+  state.read_pose = {Quantise(state.pose.p, params_.resolution), pose.R};
   state.intended = state.pose;
   return state;
 }
@@ -121,7 +122,7 @@ void SimulatedHapticDevice::Update(
   state->hand_force = params_.hand_stiffness * (p_intended - state->pose.p) +
                       params_.hand_damping * (v_intended - state->velocity);
 
-  const Eigen::Vector3d p_read = Quantize(state->pose.p);
+  const Eigen::Vector3d p_read = Quantise(state->pose.p, params_.resolution);
   Eigen::Matrix<double, 6, 1> difference;
   difference.head<3>() = (p_read - state->read_pose.p) / params_.period;
   difference.tail<3>() =
@@ -141,13 +142,6 @@ Eigen::Vector3d SimulatedHapticDevice::ClampToWorkspace(
     clamped.tail<2>() *= params_.workspace_radius / radius;
   }
   return clamped;
-}
-
-Eigen::Vector3d SimulatedHapticDevice::Quantize(
-    const Eigen::Vector3d& p) const noexcept {
-  const double step = params_.resolution;
-  if (step == 0) return p;
-  return step * (p / step).array().round().matrix();
 }
 
 }  // namespace dual_proxy

@@ -134,7 +134,6 @@ class SimulatedHapticDevice {
 
  private:
   Eigen::Vector3d ClampToWorkspace(const Eigen::Vector3d& p) const noexcept;
-  Eigen::Vector3d Quantize(const Eigen::Vector3d& p) const noexcept;
 
   Params params_;
   // [x - x_intended; v] after a period, from the same and the held

@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
+#include "dual_proxy/common/quantise.h"
 #include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
@@ -89,11 +90,7 @@ void SimulatedArm<kJoints>::Update(const Joints& torque,
 template <int kJoints>
 JointVector<kJoints> SimulatedArm<kJoints>::TakeTorque(
     const Joints& torque, State* state) const noexcept {
-  Joints result = torque;
-  if (params_.torque_step > 0) {
-    result = params_.torque_step *
-             (torque / params_.torque_step).array().round().matrix();
-  }
+  Joints result = Quantise(torque, params_.torque_step);
   if (params_.torque_delay > 0) {
     if (state->periods == 0) state->late.colwise() = result;
     auto oldest = state->late.col(state->periods % params_.torque_delay);

@@ -113,6 +113,12 @@ TEST_F(RunWatchTest, LimitsOfTheDeviceHoldInEveryPeriod) {
   EXPECT_GT(force.value, *force.most);
 }
 
+TEST_F(RunWatchTest, WhatCouldNotBeToldOnceStaysSo) {
+  Column("device_force", 1)(333) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::isnan(Watch("device_force", 100).value));
+  EXPECT_TRUE(std::isnan(Watch("device_energy", 100).value));
+}
+
 TEST_F(RunWatchTest, ShapesAreLookedAt) {
   Column("force_selection", 8).setOnes();  // A projection still.
   EXPECT_EQ(Watch("projection_error").value, 0);

@@ -25,7 +25,9 @@ from dual_proxy.bench.pages import markdown_table, number_text, optional_text
 from dual_proxy.bench.subject import (
     Results,
     Subject,
+    by_plan,
     make_axes,
+    plot_trade,
     progress,
     save_axes,
 )
@@ -156,38 +158,24 @@ def draw(results: Results, path: Path) -> None:
     for axis, (key, title) in zip(axes.flat, shown.items(), strict=True):
         for cutoff in dict.fromkeys(row["cutoff_Hz"] for row in rows):
             points = [
-                row
+                (row["yardsticks"], row[key], f"{row['rate_Hz']:g}")
                 for row in rows
                 if row["cutoff_Hz"] == cutoff and row[key] is not None
             ]
             label = f"low-pass {cutoff:g} Hz" if cutoff else "no low-pass"
-            axis.loglog(
-                [row["yardsticks"] for row in points],
-                [row[key] for row in points],
-                *("o-",),
-                ms=4,
-                lw=1,
-                label=label,
-            )
-            for row in points:
-                where = row["yardsticks"], row[key]
-                axis.annotate(f"{row['rate_Hz']:g}", where, fontsize=7)
+            plot_trade(axis, points, label)
+        axis.set(xscale="log", yscale="log")
         axis.set_title(title, fontsize=9)
         axis.set_xlabel("run time, yardsticks")
     axes[0, 0].legend(frameon=False, fontsize=7)
     save_axes(axes, path)
 
 
-def _measure(quick: bool) -> Results:
-    plan = QUICK if quick else FULL
-    return {"plan": plan._asdict(), "rows": measure(plan)}
-
-
 _MARK = "dual-proxy bench control"
 SUBJECT = Subject(
     name="control",
     marks=(_MARK,),
-    measure=_measure,
+    measure=by_plan(measure, QUICK, FULL),
     tables=lambda results: {_MARK: control_table(results["rows"])},
     draw=draw,
 )

@@ -31,7 +31,9 @@ from dual_proxy.bench.pages import markdown_table, number_text
 from dual_proxy.bench.subject import (
     Results,
     Subject,
+    by_plan,
     make_axes,
+    plot_trade,
     progress,
     save_axes,
 )
@@ -130,11 +132,12 @@ def draw(results: Results, path: Path) -> None:
         axis = axes[list(_ERRORS).index(key), PHASES.index(phase)]
         for engine in dict.fromkeys(row["engine"] for row in rows):
             of_engine = [row for row in rows if row["engine"] == engine]
-            times = [row["us_per_ms"] for row in of_engine]
-            errors = [row[phase][key] for row in of_engine]
-            axis.loglog(times, errors, "o-", ms=4, lw=1, label=engine)
-            for row, time, error in zip(of_engine, times, errors, strict=True):
-                axis.annotate(f"{row['step_ms']:g}", (time, error), fontsize=7)
+            points = [
+                (row["us_per_ms"], row[phase][key], f"{row['step_ms']:g}")
+                for row in of_engine
+            ]
+            plot_trade(axis, points, engine)
+        axis.set(xscale="log", yscale="log")
         axis.set_title(f"{phase}: {_ERRORS[key]}", fontsize=9)
     axes[0, 0].legend(frameon=False)
     for axis in axes[-1]:
@@ -142,16 +145,11 @@ def draw(results: Results, path: Path) -> None:
     save_axes(axes, path)
 
 
-def _measure(quick: bool) -> Results:
-    plan = QUICK if quick else FULL
-    return {"plan": plan._asdict(), "rows": measure(plan)}
-
-
 _MARK = "dual-proxy bench engine"
 SUBJECT = Subject(
     name="engine",
     marks=(_MARK,),
-    measure=_measure,
+    measure=by_plan(measure, QUICK, FULL),
     tables=lambda results: {_MARK: engine_table(results["rows"])},
     draw=draw,
 )

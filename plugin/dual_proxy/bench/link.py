@@ -17,7 +17,7 @@ import numpy as np
 
 from dual_proxy.bench.closed_loop import summarise_runs
 from dual_proxy.bench.pages import markdown_table, optional_text
-from dual_proxy.bench.subject import Results, Subject, make_axes, save_axes
+from dual_proxy.bench.subject import Results, Subject, by_plan, make_axes, save_axes
 from dual_proxy.many_runs import Job, run_many
 from dual_proxy.run import change_scenario
 
@@ -36,7 +36,8 @@ __all__ = [
 Row = dict[str, Any]
 
 #: Of a message: tag and size, 4 bytes each, sequence number and send time, 8 each
-#: (`systems/link/message.h`). A number of its body takes 8.
+#: (`systems/link/message.h`). A number of its body takes 8, and so does a gripper's
+#: opening, where there is one.
 HEADER_BYTES = 24
 
 # Those that are compared; the first one's options are, too.
@@ -248,16 +249,11 @@ def draw(results: Results, path: Path) -> None:
     save_axes(axes, path)
 
 
-def _measure(quick: bool) -> Results:
-    plan = QUICK if quick else FULL
-    return {"plan": plan._asdict(), "rows": measure(plan)}
-
-
 _MARKS = tuple(f"dual-proxy bench link: {name}" for name in ("schemes", "options"))
 SUBJECT = Subject(
     name="link",
     marks=_MARKS,
-    measure=_measure,
+    measure=by_plan(measure, QUICK, FULL),
     tables=lambda results: dict(
         zip(
             _MARKS,

@@ -23,6 +23,7 @@ from dual_proxy.bench.pages import markdown_table, number_text, optional_text
 from dual_proxy.bench.subject import (
     Results,
     Subject,
+    by_plan,
     make_axes,
     progress,
     save_axes,
@@ -221,9 +222,7 @@ def draw(results: Results, path: FilePath) -> None:
 
 
 def _measure(quick: bool) -> Results:
-    plan = QUICK if quick else FULL
-    rows = measure(plan)
-    return {"plan": plan._asdict(), "rows": rows, "versions": _versions()}
+    return by_plan(measure, QUICK, FULL)(quick) | {"versions": _versions()}
 
 
 def _versions() -> dict[str, str]:

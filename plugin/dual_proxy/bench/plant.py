@@ -33,7 +33,9 @@ from dual_proxy.bench.pages import markdown_table, number_text, optional_text
 from dual_proxy.bench.subject import (
     Results,
     Subject,
+    by_plan,
     make_axes,
+    plot_trade,
     progress,
     save_axes,
 )
@@ -199,11 +201,11 @@ def draw(results: Results, path: Path) -> None:
                 if (row["scene"], row["stiffness_N_m"]) == case
                 and row["approximation"] == approximation
             ]
-            times = [row["yardsticks"] for row in points]
-            errors = [row["sliding"][key] for row in points]
-            axis.plot(times, errors, "o-", ms=4, lw=1, label=approximation)
-            for row, time, error in zip(points, times, errors, strict=True):
-                axis.annotate(f"{row['step_ms']:g}", (time, error), fontsize=7)
+            line = [
+                (row["yardsticks"], row["sliding"][key], f"{row['step_ms']:g}")
+                for row in points
+            ]
+            plot_trade(axis, line, approximation)
         if any(row["sliding"][key] > 0 for row in points):
             axis.set(xscale="log", yscale="log")
         else:  # The normal of a plane is exact.
@@ -216,16 +218,11 @@ def draw(results: Results, path: Path) -> None:
     save_axes(axes, path)
 
 
-def _measure(quick: bool) -> Results:
-    plan = QUICK if quick else FULL
-    return {"plan": plan._asdict(), "rows": measure(plan)}
-
-
 _MARK = "dual-proxy bench plant"
 SUBJECT = Subject(
     name="plant",
     marks=(_MARK,),
-    measure=_measure,
+    measure=by_plan(measure, QUICK, FULL),
     tables=lambda results: {_MARK: plant_table(results["rows"])},
     draw=draw,
 )

@@ -27,6 +27,7 @@ from dual_proxy.bench.pages import markdown_table, number_text
 from dual_proxy.bench.subject import (
     Results,
     Subject,
+    by_plan,
     make_axes,
     progress,
     save_axes,
@@ -308,16 +309,11 @@ def draw(results: Results, path: Path) -> None:
     save_axes(axes, path)
 
 
-def _measure(quick: bool) -> Results:
-    plan = QUICK if quick else FULL
-    return {"plan": plan._asdict(), "rows": measure(plan)}
-
-
 _MARK = "dual-proxy bench savings"
 SUBJECT = Subject(
     name="savings",
     marks=(_MARK,),
-    measure=_measure,
+    measure=by_plan(measure, QUICK, FULL),
     tables=lambda results: {_MARK: savings_table(results["rows"])},
     draw=draw,
 )

@@ -5,7 +5,7 @@ tables, and save them as JSON and figure."""
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,7 +18,9 @@ __all__ = [
     "Results",
     "Subject",
     "bench_subject",
+    "by_plan",
     "make_axes",
+    "plot_trade",
     "progress",
     "save_axes",
 ]
@@ -45,6 +47,19 @@ class Subject(NamedTuple):
         for mark, table in self.tables(results).items():
             fill_page(page, mark, table)
         self.draw(results, page.parent / "images" / f"bench_{self.name}.png")
+
+
+def by_plan(
+    measure: Callable[[Any], list[dict[str, Any]]], quick: Any, full: Any
+) -> Callable[[bool], Results]:
+    """Return what `Subject.measure` is where `measure` makes rows of a plan, a named
+    tuple: one of two."""
+
+    def measured(is_quick: bool) -> Results:
+        plan = quick if is_quick else full
+        return {"plan": plan._asdict(), "rows": measure(plan)}
+
+    return measured
 
 
 def bench_subject(subject: Subject, quick: bool, out: Path, page: Path | None) -> None:
@@ -87,6 +102,23 @@ def make_axes(rows: int, columns: int, size: tuple[float, float]) -> Any:
     for axis in axes.flat:
         axis.grid(alpha=0.3)
     return axes
+
+
+def plot_trade(
+    axis: Any, points: Iterable[tuple[float, float, str]], label: str
+) -> None:
+    """Draw a line of errors over run times, with a note at each point."""
+    points = list(points)
+    axis.plot(
+        [time for time, _, _ in points],
+        [error for _, error, _ in points],
+        "o-",
+        ms=4,
+        lw=1,
+        label=label,
+    )
+    for time, error, note in points:
+        axis.annotate(note, (time, error), fontsize=7)
 
 
 def save_axes(axes: Any, path: Path) -> None:

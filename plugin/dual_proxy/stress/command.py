@@ -84,13 +84,7 @@ class Outcome(NamedTuple):
     @property
     def wrong(self) -> str:
         """What was wrong, in one line."""
-        return "; ".join(
-            [
-                *filter(None, [self.failure]),
-                *self.verdict.safety,
-                *self.verdict.stability,
-            ]
-        )
+        return self.failure or self.verdict.wrong
 
 
 class Bench:

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
+from dual_proxy.bench.subject import make_axes, save_axes
 from dual_proxy.many_runs import Job, Result, RunsFolder, run_many
 from dual_proxy.run import change_scenario
 from dual_proxy.scenario import SCHEMES, Scenario, ScenarioError
@@ -17,7 +19,7 @@ __all__ = ["AXES", "STIFFNESSES", "Axis", "Boundary", "draw_maps", "find_boundar
 
 #: N/m, of tool and surface together: the range that is looked at.
 STIFFNESSES = (1e2, 1e6)
-# Of the bisection, each of which halves a decade's logarithm.
+# Of the bisection, each of which halves a range on a logarithmic scale.
 _STEPS = 8
 _REST = 2.0  # s
 
@@ -154,8 +156,7 @@ def find_boundaries(
 def _what_is_wrong(result: Result, scenario: Scenario) -> str:
     if result.metrics is None:
         return result.failure
-    verdict = judge(result.metrics, scenario)
-    return "; ".join([*verdict.safety, *verdict.stability])
+    return judge(result.metrics, scenario).wrong
 
 
 def stiffness_text(stiffness: float) -> str:
@@ -165,16 +166,11 @@ def stiffness_text(stiffness: float) -> str:
     return "all" if math.isinf(stiffness) else f"{stiffness:.2g}".replace("e+0", "e")
 
 
-def draw_maps(boundaries: Sequence[Boundary], path: Any) -> None:
+def draw_maps(boundaries: Sequence[Boundary], path: Path) -> None:
     """Draw each axis: the boundary of each scheme; above it is not stable."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
-    axes = list(dict.fromkeys(boundary.axis for boundary in boundaries))
-    figure, panels = plt.subplots(1, len(axes), figsize=(4.6 * len(axes), 4.2))
-    for name, panel in zip(axes, [panels] if len(axes) == 1 else panels, strict=True):
+    names = list(dict.fromkeys(boundary.axis for boundary in boundaries))
+    axes = make_axes(1, len(names), (4.6 * len(names), 4.2))
+    for name, panel in zip(names, axes.flat, strict=True):
         axis = AXES[name]
         ticks = range(len(axis.values))
         schemes = dict.fromkeys(b.scheme for b in boundaries if b.axis == name)
@@ -194,13 +190,8 @@ def draw_maps(boundaries: Sequence[Boundary], path: Any) -> None:
         panel.set_xticks(list(ticks), [f"{axis.factor * v:g}" for v in axis.values])
         panel.set_xlabel(f"{axis.label}, {axis.unit}")
         panel.set_title(f"stable below, over the {name}", fontsize=10)
-        panel.grid(alpha=0.3)
         for limit in STIFFNESSES:
             panel.axhline(limit, color="0.6", lw=0.8, ls="--")
-    first = panels if len(axes) == 1 else panels[0]
-    first.set_ylabel("contact stiffness, N/m")
-    first.legend(fontsize=7, frameon=False)
-    figure.tight_layout()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110, metadata={"Software": None})
-    plt.close(figure)
+    axes[0, 0].set_ylabel("contact stiffness, N/m")
+    axes[0, 0].legend(fontsize=7, frameon=False)
+    save_axes(axes, path)

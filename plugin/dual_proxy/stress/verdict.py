@@ -31,6 +31,11 @@ class Verdict(NamedTuple):
     safety: list[str]
     stability: list[str]
 
+    @property
+    def wrong(self) -> str:
+        """All of it, in one line."""
+        return "; ".join([*self.safety, *self.stability])
+
 
 def judge(watched: dict[str, dict[str, Any]], scenario: Scenario) -> Verdict:
     """Judge a run by what was watched of it.
