@@ -25,6 +25,10 @@ Array = NDArray[np.float64]
 
 PRINTED = {"law": "printed"}
 PAPER_FILTER = {"filter.likelihood": "paper", "filter.period": 1 / 15}
+NO_JERK_LIMIT = {
+    "robot_proxy.limiter.max_jerk": 0.0,
+    "robot_proxy.limiter.max_angular_jerk": 0.0,
+}
 # Added one after the other to the printed law; with the last it is the default.
 STEPS: dict[str, dict[str, Any]] = {
     "printed": {},
@@ -34,6 +38,10 @@ STEPS: dict[str, dict[str, Any]] = {
     "+ interpolation and feed-forward": {
         "robot_proxy.interpolate": True,
         "controller.feed_forward": True,
+    },
+    "+ jerk limited": {
+        "robot_proxy.limiter.max_jerk": 100.0,
+        "robot_proxy.limiter.max_angular_jerk": 200.0,
     },
     "+ force gain 1, 100 Hz force filter, passivity, blend, delayed integral": {
         "controller.force_gain": 1.0,
@@ -50,12 +58,18 @@ STEPS: dict[str, dict[str, Any]] = {
         "controller.friction_feedback.gain": 0.8,
         "haptic_proxy.unilateral": True,
         "haptic_controller.selection_blend_time": 0.03,
+        # What does not show on `plane`.
+        "robot_proxy.recovery_speed": 0.06,
+        "angular_filter.method": "pressure_centre",
+        "angular_filter.period": 0.01,
     },
 }
 # Each alone, from the default law.
 SINGLE: dict[str, dict[str, Any]] = {
     "default": {},
     "no interpolation, with feed-forward": {"robot_proxy.interpolate": False},
+    "jerk not limited": NO_JERK_LIMIT,
+    "neither of both": {"robot_proxy.interpolate": False, **NO_JERK_LIMIT},
     "no feed-forward (11.7)": {"controller.feed_forward": False},
     "no passivity controller (11.13)": {"controller.passivity": False},
     "force gain 2.5 as printed (11.13)": {"controller.force_gain": 2.5},
