@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/common/instruction_set.h"
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
 
 #include "dual_proxy/common/per_instruction_set.h"
 
@@ -11,7 +15,9 @@ namespace {
 constexpr InstructionSet kAll[] = {
     InstructionSet::kBaseline, InstructionSet::kAvx2, InstructionSet::kAvx512};
 
-std::size_t CountAvailable() noexcept {
+constexpr const char* kVariable = "DUAL_PROXY_INSTRUCTIONS";
+
+std::size_t CountSupported() noexcept {
 #if DUAL_PROXY_HAS_X86_VECTORS
   __builtin_cpu_init();
   if (!__builtin_cpu_supports("avx2")) return 1;
@@ -21,9 +27,28 @@ std::size_t CountAvailable() noexcept {
 #endif
 }
 
+/** How many the environment allows. */
+std::size_t CountAllowed() {
+  const char* const name = std::getenv(kVariable);
+  if (name == nullptr) return std::size(kAll);
+  std::string names;
+  for (const InstructionSet set : kAll) {
+    if (std::string(name) == EnumToString(set)) {
+      return static_cast<std::size_t>(set) + 1;
+    }
+    names += std::string(names.empty() ? "" : ", ") + EnumToString(set);
+  }
+  throw std::invalid_argument(std::string(kVariable) + ": expected one of " +
+                              names + ", got '" + name + "'");
+}
+
+std::size_t CountAvailable() {
+  return std::min(CountSupported(), CountAllowed());
+}
+
 }  // namespace
 
-std::span<const InstructionSet> AvailableInstructionSets() noexcept {
+std::span<const InstructionSet> AvailableInstructionSets() {
   static const std::size_t count = CountAvailable();
   return std::span(kAll).first(count);
 }

@@ -25,11 +25,13 @@ struct EnumStrings<InstructionSet> {
 };
 
 /** Those that this build and this processor have, slowest first; never empty.
- */
-std::span<const InstructionSet> AvailableInstructionSets() noexcept;
+The environment variable DUAL_PROXY_INSTRUCTIONS, `baseline`, `avx2` or
+`avx512`, makes do with those up to it; it is read once.
+@throws std::invalid_argument if it is none of them. */
+std::span<const InstructionSet> AvailableInstructionSets();
 
 /** The fastest of them. */
-inline InstructionSet FastestInstructionSet() noexcept {
+inline InstructionSet FastestInstructionSet() {
   return AvailableInstructionSets().back();
 }
 

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "dual_proxy/common/elementary.h"
+#include "dual_proxy/common/vector_math.h"
+
 namespace dual_proxy {
 
 namespace {
@@ -51,11 +54,11 @@ double RandomStream::Normal() noexcept {
     return spare_;
   }
   // 1 - u lies in (0, 1], so the logarithm is finite.
-  const double radius = std::sqrt(-2.0 * std::log(1.0 - Uniform()));
-  const double angle = 2.0 * std::numbers::pi * Uniform();
-  spare_ = radius * std::sin(angle);
+  const double radius = std::sqrt(-2.0 * LogOfPositive(1.0 - Uniform()));
+  const auto [sin, cos] = CalcSinCos(2.0 * std::numbers::pi * Uniform());
+  spare_ = radius * sin;
   has_spare_ = true;
-  return radius * std::cos(angle);
+  return radius * cos;
 }
 
 }  // namespace dual_proxy

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/common/rotation.h"
 
-#include <cmath>
-
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
+#include "dual_proxy/common/elementary.h"
 #include "dual_proxy/common/possible.h"
 
 namespace dual_proxy {
@@ -14,12 +13,13 @@ namespace dual_proxy {
 Eigen::Matrix3d ExpRotation(const Eigen::Vector3d& rotation_vector) noexcept {
   if (rotation_vector.isZero(0)) return Eigen::Matrix3d::Identity();
   const double half_angle = 0.5 * rotation_vector.norm();
+  const auto [sin, cos] = CalcSinCos(half_angle);
   // sin(x)/x to double precision: below 1e-4 the series' next term is 1e-18.
   const double half_sinc = half_angle > 1e-4
-                               ? 0.5 * std::sin(half_angle) / half_angle
+                               ? 0.5 * sin / half_angle
                                : 0.5 - half_angle * half_angle / 12.0;
   const Eigen::Vector3d xyz = half_sinc * rotation_vector;
-  return Eigen::Quaterniond(std::cos(half_angle), xyz.x(), xyz.y(), xyz.z())
+  return Eigen::Quaterniond(cos, xyz.x(), xyz.y(), xyz.z())
       .normalized()
       .toRotationMatrix();
 }
@@ -32,7 +32,7 @@ Eigen::Vector3d LogRotation(const Eigen::Matrix3d& R) noexcept {
   if (q.w() < 0) q.coeffs() = -q.coeffs();
   const double sin_half = q.vec().norm();
   const double angle_over_sin_half =
-      sin_half > 1e-9 ? 2.0 * std::atan2(sin_half, q.w()) / sin_half : 2.0;
+      sin_half > 1e-9 ? 2.0 * Atan2(sin_half, q.w()) / sin_half : 2.0;
   return angle_over_sin_half * q.vec();
 }
 

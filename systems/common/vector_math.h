@@ -14,15 +14,8 @@
 
 namespace dual_proxy {
 
-/** exp(x) for x <= 0, to 2 units in the last place; 0 below -700. */
-DUAL_PROXY_INLINE double ExpOfNonPositive(double x) noexcept {
-  // x = k ln 2 + r, |r| <= ln 2 / 2. The shift rounds to an integer, and leaves
-  // k in the low bits of the sum; ln 2 is split so that k times its first part
-  // is exact.
-  constexpr double kShift = 0x1.8p52;
-  const double shifted = x * 0x1.71547652b82fep0 + kShift;
-  const double k = shifted - kShift;
-  const double r = (x - k * 0x1.62e42feep-1) - k * 0x1.a39ef35793c76p-33;
+/** (exp(r) - 1 - r) / r^2 for |r| <= ln 2 / 2. */
+DUAL_PROXY_INLINE double ExpSeries(double r) noexcept {
   double p = 0x1.af38a9b0ec855p-26;
   p = p * r + 0x1.289185613a3d6p-22;
   p = p * r + 0x1.71de0dae63bb3p-19;
@@ -32,8 +25,19 @@ DUAL_PROXY_INLINE double ExpOfNonPositive(double x) noexcept {
   p = p * r + 0x1.11111111109b3p-7;
   p = p * r + 0x1.5555555553d63p-5;
   p = p * r + 0x1.5555555555556p-3;
-  p = p * r + 0x1.0000000000001p-1;
-  p = 1 + (r + r * r * p);
+  return p * r + 0x1.0000000000001p-1;
+}
+
+/** exp(x) for x <= 0, to 2 units in the last place; 0 below -700. */
+DUAL_PROXY_INLINE double ExpOfNonPositive(double x) noexcept {
+  // x = k ln 2 + r, |r| <= ln 2 / 2. The shift rounds to an integer, and leaves
+  // k in the low bits of the sum; ln 2 is split so that k times its first part
+  // is exact.
+  constexpr double kShift = 0x1.8p52;
+  const double shifted = x * 0x1.71547652b82fep0 + kShift;
+  const double k = shifted - kShift;
+  const double r = (x - k * 0x1.62e42feep-1) - k * 0x1.a39ef35793c76p-33;
+  const double p = 1 + (r + r * r * ExpSeries(r));
   const double result =
       std::bit_cast<double>(std::bit_cast<std::uint64_t>(p) +
                             (std::bit_cast<std::uint64_t>(shifted) << 52));

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "dual_proxy/common/elementary.h"
 #include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
@@ -124,10 +125,9 @@ void ArmModel<kJoints>::Calc(const JointVector<kJoints>& q,
   for (int i = 0; i < kJoints; ++i) {
     p_BJ += R_BJ * params_.p_PJ.col(i);
     const Matrix3d R_B0 = R_BJ * params_.R_PJ[i];
-    const double cosine = std::cos(q(i));
-    const double sine = std::sin(q(i));
-    R_BJ.col(0) = cosine * R_B0.col(0) + sine * R_B0.col(1);
-    R_BJ.col(1) = cosine * R_B0.col(1) - sine * R_B0.col(0);
+    const auto [sin, cos] = CalcSinCos(q(i));
+    R_BJ.col(0) = cos * R_B0.col(0) + sin * R_B0.col(1);
+    R_BJ.col(1) = cos * R_B0.col(1) - sin * R_B0.col(0);
     R_BJ.col(2) = R_B0.col(2);
 
     const Vector3d z = R_B0.col(2);

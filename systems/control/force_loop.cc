@@ -2,8 +2,8 @@
 #include "dual_proxy/control/force_loop.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "dual_proxy/common/elementary.h"
 #include "dual_proxy/common/low_pass.h"
 #include "dual_proxy/common/possible.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
@@ -38,7 +38,7 @@ ForceLoop::ForceLoop(ForceLoopParams params)
       filter_gain_(LowPassGain(params.filter_cutoff, params.period)) {
   // exp(-3) = 5 % remain after release_time.
   if (params_.release_time > 0) {
-    release_factor_ = std::exp(-3 * params_.period / params_.release_time);
+    release_factor_ = Exp(-3 * params_.period / params_.release_time);
   }
 }
 

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/common/elementary.h"
+#include "dual_proxy/common/vector_math.h"
 #include "dual_proxy/perception/contact_kernels.h"
 #include "dual_proxy/perception/contact_tracker_tools.h"
 
@@ -70,7 +72,7 @@ void ContactTracker::Follow(int index, double other_force,
   // Shrunk towards their mean and spread by as much, particles keep their mean
   // and covariance, and no two stay the same (Liu and West's kernel).
   ContactMove move;
-  const double bandwidth2 = 1 / std::cbrt(static_cast<double>(size));
+  const double bandwidth2 = Exp(-LogOfPositive(size) / 3);
   const double keep2 = 1 - bandwidth2;
   move.keep = std::sqrt(keep2);
   const Vector3d x = MakeTangent(normal, velocity);
@@ -243,7 +245,7 @@ void ContactTracker::AddContact(const TrackedContact& contact,
 void ContactTracker::MergeNear(const ContactParticles& particles,
                                State* state) const noexcept {
   // Opposite normals are one direction, too: pushed from the other side.
-  const double cosine = std::cos(kDistinctAngle);
+  const double cosine = CalcSinCos(kDistinctAngle).cos;
   for (int i = 0; i < state->count; ++i) {
     for (int j = state->count - 1; j > i; --j) {
       const TrackedContact& a = state->contacts[i];

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/common/elementary.h"
 #include "dual_proxy/common/random.h"
 
 namespace dual_proxy {
@@ -50,7 +51,7 @@ void ContactHistoryParams::Validate() const {
 
 ContactHistory::ContactHistory(const Params& params) : params_(params) {
   params_.Validate();
-  cos_merge_ = std::cos(params_.merge_angle);
+  cos_merge_ = CalcSinCos(params_.merge_angle).cos;
   // Rounding must not add an update.
   min_age_updates_ = std::ceil(params_.min_age / params_.period - 1e-6);
   reach_ =

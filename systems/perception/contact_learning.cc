@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/common/elementary.h"
 #include "dual_proxy/perception/contact_tracker_tools.h"
 
 namespace dual_proxy {
@@ -83,7 +84,7 @@ void ContactTracker::NoteSinking(const Vector3d& force,
   const double sink = 6 * std::max({0.0, forward - kMostForward * speed,
                                     (-forward - 0.1 * speed) / 3});
   const double entry =
-      state->entry_speed * std::exp(-state->settled_time / kEntryTime);
+      state->entry_speed * Exp(-state->settled_time / kEntryTime);
   state->sinking_speed =
       state->count > 0 ? std::sqrt(give * give + sink * sink + entry * entry)
                        : 0;

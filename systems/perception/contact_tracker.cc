@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/common/elementary.h"
 #include "dual_proxy/perception/contact_tracker_tools.h"
 
 namespace dual_proxy {
@@ -62,7 +63,9 @@ constexpr double kLeastForce = 0.15;    // N: of a hand that rests lightly.
 constexpr double kPressed = 4;          // times loss_force: not lightly.
 constexpr double kWithdrawn = 0.5;      // times loss_force: pulled away.
 
-double Share(double period, double time) { return -std::expm1(-period / time); }
+double Share(double period, double time) {
+  return -ExpMinusOne(-period / time);
+}
 
 /** `value`, at most as long as `limit`. */
 Vector3d Shortened(const Vector3d& value, double limit) noexcept {
@@ -75,7 +78,7 @@ both, and the tool does not move along either.
 @param[out] pair  their indices. */
 bool FindPair(const Vector3d& normal, const Vector3d& velocity,
               const ContactPrior& prior, int* pair) noexcept {
-  const double near = std::cos(kForeseenAngle);
+  const double near = CalcSinCos(kForeseenAngle).cos;
   const double speed = velocity.norm();
   const auto moves = [&](const Vector3d& n) {
     return std::abs(velocity.dot(n)) > 0.003 + 0.25 * speed;
@@ -120,17 +123,17 @@ ContactTracker::ContactTracker(const Params& params, int num_particles,
       misfit_gain_(Share(period, kMisfitTime)),
       forgetting_gain_(Share(period, kForgettingTime)),
       impulse_gain_(Share(period, kImpulseTime)),
-      onset_decay_(std::exp(-period / kMeanTime)),
-      departure_decay_(std::exp(-period / kDepartureTime)),
-      sinking_decay_(std::exp(-period / kSinkingTime)),
-      creeping_decay_(std::exp(-period / kCreepingTime)),
-      surface_decay_(std::exp(-period / kSurfaceTime)),
-      give_decay_(std::exp(-period / kGiveTime)),
-      roll_decay_(std::exp(-period / kRollTime)),
-      slide_decay_(std::exp(-period / kSlideTime)),
+      onset_decay_(Exp(-period / kMeanTime)),
+      departure_decay_(Exp(-period / kDepartureTime)),
+      sinking_decay_(Exp(-period / kSinkingTime)),
+      creeping_decay_(Exp(-period / kCreepingTime)),
+      surface_decay_(Exp(-period / kSurfaceTime)),
+      give_decay_(Exp(-period / kGiveTime)),
+      roll_decay_(Exp(-period / kRollTime)),
+      slide_decay_(Exp(-period / kSlideTime)),
       departure_noise_(2 * params.velocity_noise *
                        std::sqrt(0.5 * kDepartureTime * period)),
-      prior_decay_(std::exp(-period / kPriorTime)) {
+      prior_decay_(Exp(-period / kPriorTime)) {
   // Updates count as they come at 100 Hz. Faster ones are not independent of
   // each other; slower ones count more against a contact, up to what one input
   // may.
@@ -408,7 +411,7 @@ void ContactTracker::AddFound(const Vector3d& force, const Vector3d& velocity,
     normal = (normal / (std * std) + contact.prior).normalized();
     std = 1 / std::sqrt(1 / (std * std) + 1 / (prior.std * prior.std));
   } else if (count == 0 && state->lost_time < kMemoryTime &&
-             normal.dot(state->lost_normal) > std::cos(kMemoryAngle)) {
+             normal.dot(state->lost_normal) > CalcSinCos(kMemoryAngle).cos) {
     // It was lost, and is met again: at little force friction and noise would
     // tilt the normal, and the tool would slide off along it.
     normal = state->lost_normal;

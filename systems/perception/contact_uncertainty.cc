@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "dual_proxy/common/elementary.h"
+#include "dual_proxy/common/norm.h"
 #include "dual_proxy/perception/contact_tracker_tools.h"
 
 namespace dual_proxy {
@@ -43,7 +45,7 @@ PlaneVariances CalcPlaneVariances(const Matrix3d& covariance,
   const double xx = x.dot(covariance * x);
   const double yy = y.dot(covariance * y);
   const double xy = x.dot(covariance * y);
-  const double half = 0.5 * std::hypot(xx - yy, 2 * xy);
+  const double half = 0.5 * StableNorm(Eigen::Vector2d(xx - yy, 2 * xy));
   const double middle = 0.5 * (xx + yy);
   return {.largest = std::max(0.0, middle + half),
           .smallest = std::max(0.0, middle - half)};
@@ -121,7 +123,7 @@ double ContactTracker::CalcCountConfidence(const State& state) const noexcept {
     pending = std::max(pending, state.contacts[i].loss);
   }
   // How often the count was right at a share of the evidence that is needed.
-  return 0.99 * std::exp(-5 * pending / params_.evidence);
+  return 0.99 * Exp(-5 * pending / params_.evidence);
 }
 
 }  // namespace dual_proxy

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/common/elementary.h"
+
 namespace dual_proxy {
 namespace {
 
@@ -76,7 +78,7 @@ void ForceBias::LearnSliding(const Vector3d& force,
   const Vector3d along = contact.velocity / speed;
   const Vector3d across = contact.normal.cross(along).normalized();
   const double ratio = speed / velocity_noise_;
-  state->shown *= std::exp(-period_ / kShownTime - period_ * speed / kShownWay);
+  state->shown *= Exp(-period_ / kShownTime - period_ * speed / kShownWay);
   state->shown += ratio * ratio * (along * along.transpose());
 
   const double shown = across.dot(state->shown * across);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/common/elementary.h"
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/common/validate.h"
 
@@ -49,9 +50,10 @@ Vector2d FitLine(const Vector2d& mean, Matrix2d covariance,
   const Vector2d along = mean / reach;
   const Vector2d aside(-along.y(), along.x());
   covariance += kSpread * kSpread * aside * aside.transpose();
-  const double angle = 0.5 * std::atan2(2 * covariance(0, 1),
-                                        covariance(0, 0) - covariance(1, 1));
-  const Vector2d across(-std::sin(angle), std::cos(angle));
+  const double angle =
+      0.5 * Atan2(2 * covariance(0, 1), covariance(0, 0) - covariance(1, 1));
+  const auto [sin, cos] = CalcSinCos(angle);
+  const Vector2d across(-sin, cos);
   const double offset = across.dot(mean);
   if (std::abs(offset) >= distance) return offset < 0 ? -across : across;
   const double cosine = std::min(1.0, distance / reach);
@@ -83,9 +85,9 @@ PressureCentreTracker::PressureCentreTracker(const Params& params,
                                              double period)
     : params_((params.Validate(), params)),
       period_(period),
-      smoothing_gain_(-std::expm1(-period / kSmoothingTime)),
-      memory_decay_(std::exp(-period / kMemoryTime)),
-      tipping_decay_(std::exp(-period / kTippingTime)) {
+      smoothing_gain_(-ExpMinusOne(-period / kSmoothingTime)),
+      memory_decay_(Exp(-period / kMemoryTime)),
+      tipping_decay_(Exp(-period / kTippingTime)) {
   ThrowUnlessIn("PressureCentreTracker", "period", period, Above(0));
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/common/elementary.h"
 #include "dual_proxy/proxy/directions_apart.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
@@ -15,7 +16,7 @@ void VirtualSpringParams::Validate() const {
 
 VirtualSpring::VirtualSpring(VirtualSpringParams params) : params_(params) {
   params_.Validate();
-  const double sine = std::sin(params_.new_direction_angle);
+  const double sine = CalcSinCos(params_.new_direction_angle).sin;
   new_direction_sine2_ = sine * sine;
 }
 

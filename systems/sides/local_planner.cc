@@ -2,12 +2,12 @@
 #include "dual_proxy/sides/local_planner.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
 
+#include "dual_proxy/common/elementary.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/common/validate_entries.h"
 
@@ -74,10 +74,10 @@ void LocalPlanner::Update(double time, const Eigen::Vector3d& p_BE, bool ready,
     state->origin = p_BE;
   }
   const double rate = 2 * std::numbers::pi * params_.scan_frequency;
-  const double phase = rate * (time - state->start);
+  const SinCos phase = CalcSinCos(rate * (time - state->start));
   output.selection = selection_;
-  output.position = state->origin + std::sin(phase) * params_.scan_amplitude;
-  output.velocity = rate * std::cos(phase) * params_.scan_amplitude;
+  output.position = state->origin + phase.sin * params_.scan_amplitude;
+  output.velocity = rate * phase.cos * params_.scan_amplitude;
   output.force = params_.force;
 }
 

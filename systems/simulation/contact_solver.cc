@@ -7,6 +7,8 @@
 
 #include <Eigen/Geometry>
 
+#include "dual_proxy/common/elementary.h"
+
 namespace dual_proxy {
 namespace {
 
@@ -50,10 +52,10 @@ struct Constraint {
     const Vector3d t2 = contact.normal.cross(t1);
     const Direction first(t1, contact.p, inverse_inertia);
     const Direction second(t2, contact.p, inverse_inertia);
-    const double angle =
-        0.5 * std::atan2(2 * first.row.dot(second.response),
-                         first.inverse_mass - second.inverse_mass);
-    const Vector3d t = std::cos(angle) * t1 + std::sin(angle) * t2;
+    const double angle = 0.5 * Atan2(2 * first.row.dot(second.response),
+                                     first.inverse_mass - second.inverse_mass);
+    const auto [sin, cos] = CalcSinCos(angle);
+    const Vector3d t = cos * t1 + sin * t2;
     tangents = {Direction(t, contact.p, inverse_inertia),
                 Direction(contact.normal.cross(t), contact.p, inverse_inertia)};
     friction_impulse << tangents[0].axis.dot(contact.impulse),

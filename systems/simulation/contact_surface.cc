@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/common/norm.h"
+
 namespace dual_proxy {
 namespace {
 
@@ -33,7 +35,7 @@ Distance DistanceToCylinder(const Eigen::Vector3d& p, double radius,
   const Distance end{std::abs(p.x()) - half_length,
                      Eigen::Vector3d(std::copysign(1.0, p.x()), 0, 0)};
   if (side.value > 0 && end.value > 0) {
-    const double value = std::hypot(side.value, end.value);
+    const double value = StableNorm(Eigen::Vector2d(side.value, end.value));
     return {value,
             (side.value * side.outward + end.value * end.outward) / value};
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/simulation/contact_truth.h"
 
-#include <cmath>
-
 #include <Eigen/Geometry>
+
+#include "dual_proxy/common/elementary.h"
 
 namespace dual_proxy {
 
@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-const double kSinIndependent = std::sin(ContactTruth::kIndependentAngle);
+const double kSinIndependent = CalcSinCos(ContactTruth::kIndependentAngle).sin;
 // Points closer together than this count as one, m.
 constexpr double kLeastLever = 1e-3;
 

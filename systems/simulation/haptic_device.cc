@@ -15,9 +15,8 @@ namespace {
 /** exp(A) by scaling, a Taylor series to rounding, and squaring. */
 Eigen::Matrix3d MatrixExponential(const Eigen::Matrix3d& A) {
   const double norm = A.cwiseAbs().rowwise().sum().maxCoeff();
-  const int squarings =
-      std::max(0, static_cast<int>(std::ceil(std::log2(norm + 1e-300))) + 1);
-  const Eigen::Matrix3d scaled = A * std::exp2(-squarings);
+  const int squarings = std::max(0, std::ilogb(norm + 1e-300) + 2);
+  const Eigen::Matrix3d scaled = A * std::ldexp(1.0, -squarings);
   Eigen::Matrix3d term = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d result = term;
   constexpr int kTerms = 16;  // 0.5^16 / 16! is below the rounding of 1.

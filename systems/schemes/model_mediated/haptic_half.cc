@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include "dual_proxy/common/elementary.h"
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 #include "dual_proxy/schemes/model_mediated/scheme.h"
@@ -28,15 +29,15 @@ double CalcDepth(const ModelMediatedSurface& surface, const Vector3d& x_d) {
 double Turn(const Vector3d& goal, double max_angle, Vector3d* n) {
   const double cosine = n->dot(goal);
   Vector3d across = goal - cosine * *n;
-  const double angle = std::atan2(across.norm(), cosine);
+  const double angle = Atan2(across.norm(), cosine);
   if (angle <= max_angle) {
     *n = goal;
     return angle;
   }
   constexpr double kTooShort = 1e-6;  // For a direction: they are opposite.
   if (across.norm() < kTooShort) across = n->unitOrthogonal();
-  *n = (std::cos(max_angle) * *n + std::sin(max_angle) * across.normalized())
-           .normalized();
+  const auto [sin, cos] = CalcSinCos(max_angle);
+  *n = (cos * *n + sin * across.normalized()).normalized();
   return max_angle;
 }
 

@@ -2,8 +2,8 @@
 #include "dual_proxy/schemes/model_mediated/surface_estimator.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "dual_proxy/common/elementary.h"
 #include "dual_proxy/common/low_pass.h"
 
 namespace dual_proxy {
@@ -28,8 +28,8 @@ constexpr double kSameSurface = 0.5;
 SurfaceEstimator::SurfaceEstimator(const Params& params)
     : params_(params),
       force_gain_(LowPassGain(kForceCutoff, params.period)),
-      surface_gain_(1 - std::exp(-params.period / params.surface_time)),
-      memory_(std::exp(-params.period / kMemory)) {}
+      surface_gain_(1 - Exp(-params.period / params.surface_time)),
+      memory_(Exp(-params.period / kMemory)) {}
 
 void SurfaceEstimator::ObserveStiffness(const Vector2d& change,
                                         State* state) const noexcept {
