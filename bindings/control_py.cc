@@ -4,6 +4,7 @@
 #include "dual_proxy/control/arm_model.h"
 #include "dual_proxy/control/force_loop.h"
 #include "dual_proxy/control/haptic_controller.h"
+#include "dual_proxy/control/inverse_kinematics.h"
 #include "dual_proxy/control/operational_space_controller.h"
 #include "dual_proxy/control/passivity_controller.h"
 #include "dual_proxy/control/point_controller.h"
@@ -415,7 +416,22 @@ void BindArmModel(py::module_& m) {
           "Returns (p_BE (3,), R_BE (3, 3), J_BE (6, 7), mass (7, 7), bias "
           "(7,) without gravity, gravity (7,) as Drake's "
           "CalcGravityGeneralizedForces, Jdot_v (6,)); six-vectors and rows "
-          "are [linear; angular] of E in B.");
+          "are [linear; angular] of E in B.")
+      .def(
+          "find_posture",
+          [](const ArmModel<7>& self, const py::object& p_BE,
+             const py::object& R_BE, const py::object& q_near,
+             const py::object& lower, const py::object& upper) {
+            return FindPosture<7>(
+                self, {.p = Vec3(p_BE, "p_BE"), .R = Mat3(R_BE, "R_BE")},
+                Vec7(q_near, "q_near"), Vec7(lower, "lower"),
+                Vec7(upper, "upper"));
+          },
+          py::arg("p_BE"), py::arg("R_BE"), py::arg("q_near"), py::arg("lower"),
+          py::arg("upper"),
+          "Returns the q (7,), rad, within `lower` and `upper` that puts E at "
+          "p_BE (3,), m, R_BE (3, 3), nearest to q_near; None if none was "
+          "found.");
 }
 
 void BindHapticController(py::module_& m) {

@@ -3783,6 +3783,10 @@ class ArmModel:
         Takes q (7,), rad, and v (7,), rad/s.
         Returns (p_BE (3,), R_BE (3, 3), J_BE (6, 7), mass (7, 7), bias (7,) without gravity, gravity (7,) as Drake's CalcGravityGeneralizedForces, Jdot_v (6,)); six-vectors and rows are [linear; angular] of E in B.
         """
+    def find_posture(self, p_BE: typing.Any, R_BE: typing.Any, q_near: typing.Any, lower: typing.Any, upper: typing.Any) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 1]"] | None:
+        """
+        Returns the q (7,), rad, within `lower` and `upper` that puts E at p_BE (3,), m, R_BE (3, 3), nearest to q_near; None if none was found.
+        """
     @property
     def params(self) -> ArmModelParams:
         ...

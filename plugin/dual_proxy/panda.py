@@ -44,7 +44,6 @@ from pydrake.geometry import (
     Sphere,
 )
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.parsing import (
     LoadModelDirectives,
@@ -67,7 +66,6 @@ from pydrake.multibody.tree import (
     SpatialInertia,
     WeldJoint,
 )
-from pydrake.solvers import Solve
 from pydrake.systems.framework import (
     DiagramBuilder,
     InputPort,
@@ -625,8 +623,8 @@ class PandaModel:
     """The controller's model of the Panda: terms from (q, v), and IK.
 
     It owns a plant, made from the arm's URDF, and a scratch context. The
-    plant solves the inverse kinematics and gives its numbers to an `ArmModel`,
-    which calculates the terms without Drake. What is returned depends on the
+    plant gives its numbers to an `ArmModel`, which calculates the terms and
+    solves the inverse kinematics without Drake. What is returned depends on the
     arguments alone and is newly allocated, so one model may serve several
     systems and a diagram that holds it may be cloned; it is not for use from
     several threads at once.
@@ -646,10 +644,8 @@ class PandaModel:
         plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -checked.gravity])
         _add_arm(plant, checked.tool_mass)
         plant.Finalize()
-        self._world = plant.world_frame()
         self._tool_point = plant.GetFrameByName("tool_point")
         self._context = plant.CreateDefaultContext()
-        self._zero = np.zeros(3)
         self._arm = ArmModel(_arm_model_params(plant, self._tool_point))
 
     @property
@@ -696,28 +692,17 @@ class PandaModel:
 
         Returns
         -------
-        (7,) rad, within the joint limits.
+        (7,) rad, within the joint limits; the same bits on every processor.
 
         Raises
         ------
         ValueError
             If no such posture was found.
         """
-        ik: Any = InverseKinematics(self._plant, with_joint_limits=True)
-        rotation = RotationMatrix(np.asarray(R_BE, dtype=np.float64))
         position = np.asarray(p_BE, dtype=np.float64)
-        near: Any = np.asarray(q_near, dtype=np.float64)
-        ik.AddPositionConstraint(
-            self._tool_point, self._zero, self._world, position, position
-        )
-        ik.AddOrientationConstraint(
-            self._world, rotation, self._tool_point, RotationMatrix(), 0.0
-        )
-        program: Any = ik.get_mutable_prog()
-        program.AddQuadraticErrorCost(np.eye(NUM_JOINTS), near, ik.q())
-        result = Solve(program, near)
-        if not result.is_success():
+        q = self._arm.find_posture(position, R_BE, q_near, JOINT_LOWER, JOINT_UPPER)
+        if q is None:
             raise ValueError(
                 f"inverse_kinematics: no posture reaches p_BE = {position.tolist()}"
             )
-        return np.asarray(result.GetSolution(ik.q()))
+        return q

@@ -5,6 +5,7 @@
 #include <exception>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -12,15 +13,15 @@
 #include <vector>
 
 #include <drake/geometry/proximity_properties.h>
-#include <drake/multibody/inverse_kinematics/inverse_kinematics.h>
 #include <drake/multibody/parsing/parser.h>
 #include <drake/multibody/parsing/process_model_directives.h>
 #include <drake/multibody/tree/fixed_offset_frame.h>
 #include <drake/multibody/tree/revolute_joint.h>
 #include <drake/multibody/tree/weld_joint.h>
-#include <drake/solvers/solve.h>
 
+#include "dual_proxy/common/arm_limits.h"
 #include "dual_proxy/common/validate.h"
+#include "dual_proxy/control/inverse_kinematics.h"
 #include "dual_proxy/experiment/drake_scene.h"
 #include "dual_proxy/experiment/scenario_error.h"
 #include "dual_proxy/faces/block_system.h"
@@ -44,7 +45,6 @@ using drake::geometry::SceneGraphInspector;
 using drake::geometry::Shape;
 using drake::geometry::Sphere;
 using drake::math::RigidTransformd;
-using drake::math::RotationMatrixd;
 using drake::multibody::BodyIndex;
 using drake::multibody::CoulombFriction;
 using drake::multibody::DiscreteContactApproximation;
@@ -305,16 +305,17 @@ PandaScene AddPandaScene(drake::systems::DiagramBuilder<double>* builder,
   return scene;
 }
 
-// Time step 0: there is no solver of the plant's own to set up.
-PandaModel::PandaModel(double tool_mass, double gravity) : plant_(0.0) {
+PandaModel::PandaModel(double tool_mass, double gravity) {
   SceneParams checked;
   checked.tool_mass = tool_mass;
   checked.gravity = gravity;
   checked.Validate();
-  plant_.mutable_gravity_field().set_gravity_vector({0, 0, -gravity});
-  AddArm(&plant_, tool_mass);
-  plant_.Finalize();
-  arm_params_ = CalcArmModelParams(plant_);
+  // Time step 0: there is no solver of the plant's own to set up.
+  MultibodyPlant<double> plant(0.0);
+  plant.mutable_gravity_field().set_gravity_vector({0, 0, -gravity});
+  AddArm(&plant, tool_mass);
+  plant.Finalize();
+  arm_params_ = CalcArmModelParams(plant);
 }
 
 Vector7 PandaModel::SolveInverseKinematics(const Vector3d& p_BE,
@@ -324,24 +325,18 @@ Vector7 PandaModel::SolveInverseKinematics(const Vector3d& p_BE,
   ThrowUnlessIn(kWho, "p_BE", p_BE, Finite());
   ThrowUnlessIn(kWho, "R_BE", R_BE, Rotation());
   ThrowUnlessIn(kWho, "q_near", q_near, Finite());
-  const Frame<double>& world = plant_.world_frame();
-  const Frame<double>& tool_point = plant_.GetFrameByName("tool_point");
-  drake::multibody::InverseKinematics ik(plant_);
-  ik.AddPositionConstraint(tool_point, Vector3d::Zero(), world, p_BE, p_BE);
-  ik.AddOrientationConstraint(
-      world, ToRigidTransform({.p = p_BE, .R = R_BE}).rotation(), tool_point,
-      RotationMatrixd::Identity(), 0);
-  ik.get_mutable_prog()->AddQuadraticErrorCost(Matrix7::Identity(), q_near,
-                                               ik.q());
-  const auto result = drake::solvers::Solve(ik.prog(), q_near);
-  if (!result.is_success()) {
+  const ArmLimits<7> limits;
+  const std::optional<Vector7> q =
+      FindPosture<7>(ArmModel<7>(arm_params_), {.p = p_BE, .R = R_BE}, q_near,
+                     limits.joint_lower, limits.joint_upper);
+  if (!q) {
     const Eigen::IOFormat one_line(6, Eigen::DontAlignCols, ", ", ", ");
     std::ostringstream message;
     message << kWho << ": no posture reaches p_BE = ["
             << p_BE.transpose().format(one_line) << "]";
     throw std::invalid_argument(message.str());
   }
-  return result.GetSolution(ik.q());
+  return *q;
 }
 
 }  // namespace dual_proxy

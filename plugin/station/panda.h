@@ -98,7 +98,6 @@ class PandaModel {
       const Vector7& q_near = kPandaQRest) const;
 
  private:
-  drake::multibody::MultibodyPlant<double> plant_;
   ArmModelParams<7> arm_params_;
 };
 

@@ -31,15 +31,12 @@ std::size_t CountSupported() noexcept {
 std::size_t CountAllowed() {
   const char* const name = std::getenv(kVariable);
   if (name == nullptr) return std::size(kAll);
-  std::string names;
-  for (const InstructionSet set : kAll) {
-    if (std::string(name) == EnumToString(set)) {
-      return static_cast<std::size_t>(set) + 1;
-    }
-    names += std::string(names.empty() ? "" : ", ") + EnumToString(set);
+  if (const auto set = EnumFromString<InstructionSet>(name)) {
+    return static_cast<std::size_t>(*set) + 1;
   }
-  throw std::invalid_argument(std::string(kVariable) + ": expected one of " +
-                              names + ", got '" + name + "'");
+  throw std::invalid_argument(
+      std::string(kVariable) +
+      ": expected one of baseline, avx2, avx512, got '" + name + "'");
 }
 
 std::size_t CountAvailable() {
