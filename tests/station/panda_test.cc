@@ -270,19 +270,18 @@ TEST_F(PandaInverseKinematicsTest, EqualsPydrakes) {
   // What dual_proxy.panda.PandaModel().inverse_kinematics(p_BE) prints.
   const std::pair<Vector3d, Vector7> cases[] = {
       {{0.45, 0, 0.18},
-       Vector7{{0.0, -0.033853102907752355, 0.0, -2.5554964069042545, 0.0,
-                2.5216130355876447, 0.0}}},
+       Vector7{{0.0, -0.0338630949407355, 0.0, -2.5555180459184426, 0.0,
+                2.521654950977707, 0.0}}},
       {{0.592, 0.154, 0.259},
-       Vector7{{0.17332527284365007, 0.2615837974109649, 0.0867433588072341,
-                -1.9164902877423688, -0.02726281440772987, 2.1769676493045234,
-                0.2726652669369194}}},
+       Vector7{{0.17332678227531084, 0.26158722832982756, 0.08674239640537118,
+                -1.9164835880197402, -0.027264952596659897, 2.1769572666596626,
+                0.27266819834603745}}},
       {{0.436, -0.223, 0.221},
-       Vector7{{-0.23255249867568917, -0.015156809254777477,
-                -0.24023766000130017, -2.3984087909323057,
-                -0.005253952033502448, 2.3836831683640676,
-                -0.46894417195461546}}}};
+       Vector7{{-0.23255323328848848, -0.015155648164457455,
+                -0.24023817457786126, -2.398406618747071, -0.00524568338833937,
+                2.3836792878618174, -0.46895505774144775}}}};
   for (const auto& [p_BE, expected] : cases) {
-    EXPECT_LT((dut_.SolveInverseKinematics(p_BE) - expected).norm(), 1e-9);
+    EXPECT_LT((dut_.SolveInverseKinematics(p_BE) - expected).norm(), 1e-12);
   }
 }
 
@@ -294,9 +293,8 @@ TEST_F(PandaInverseKinematicsTest, ReachesPosesOverTheTable) {
                         0.11 + 0.29 * random.Uniform());
     const Vector7 q = dut_.SolveInverseKinematics(p_BE);
     const Pose X_BE = CalcPose(q);
-    // The solver's tolerance.
-    EXPECT_LT((X_BE.p - p_BE).norm(), 1e-4);
-    EXPECT_LT((X_BE.R - kToolPointingDown).norm(), 2e-4);
+    EXPECT_LT((X_BE.p - p_BE).norm(), 1e-8);
+    EXPECT_LT((X_BE.R - kToolPointingDown).norm(), 1e-8);
     EXPECT_TRUE((q.array() >= kLimits.joint_lower.array()).all());
     EXPECT_TRUE((q.array() <= kLimits.joint_upper.array()).all());
   }
