@@ -153,16 +153,6 @@ def test_both_wirings_give_the_same_bits():
     pd.testing.assert_frame_equal(*logs, check_exact=True)
 
 
-@pytest.mark.skipif(not dp.native_available(), reason="needs the C++ systems")
-def test_both_kinds_of_systems_give_the_same_bits(monkeypatch):
-    logs = []
-    for faces in ("python", "native"):
-        monkeypatch.setenv("DUAL_PROXY_FACES", faces)
-        logs.append(dp.run("flat_tool", duration=6.0).log)
-    pd.testing.assert_frame_equal(*logs, check_exact=True)
-    assert logs[0]["moment_dimension"].max() == 2
-
-
 def test_saved_run_has_it_all(run, tmp_path):
     report = run.save(tmp_path, mcap=True)
     pd.testing.assert_frame_equal(

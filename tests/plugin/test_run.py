@@ -120,19 +120,13 @@ def test_same_seed_same_bytes_other_seed_others(tmp_path):
     assert same != other
 
 
-def test_station_can_be_reset_and_cloned():
-    """Again from the start, and on from a clone in contact: the same bits."""
+def test_station_can_be_reset():
+    """Again from the start: the same bits (clones: test_determinism.py)."""
     station = Station(dp.load_scenario("plane").with_overrides({"link.delay": 0.05}))
     station.advance_to(3.3)
     assert station.log_frame()["dimension"].iloc[-1] == 1
-    clone = station.simulator.get_context().Clone()
     station.advance_to(3.6)
     log = station.log_frame()
-
-    station.simulator.reset_context(clone)
-    station.advance_to(3.6)
-    continued = station.log_frame().loc[3.31:]
-    pd.testing.assert_frame_equal(continued, log.loc[3.31:], check_exact=True)
 
     station.simulator.reset_context(station.diagram.CreateDefaultContext())
     station.simulator.Initialize()
