@@ -62,3 +62,14 @@ def test_only_faces_and_station_include_drake():
             continue
         for path in sources(layer):
             assert "#include <drake/" not in path.read_text("utf-8"), path
+
+
+def test_what_is_logged_is_made_without_the_c_librarys_functions():
+    """Their last bits depend on the processor; see common/elementary.h."""
+    names = "a?sinh?|a?cosh?|a?tanh?|atan2|exp2?|expm1|log|log2|log10|log1p|pow"
+    call = re.compile(rf"std::({names}|hypot|cbrt)\(")
+    for layer in LAYERS:
+        if LAYERS[layer] != "systems":
+            continue
+        for path in sources(layer):
+            assert not call.findall(path.read_text("utf-8")), path

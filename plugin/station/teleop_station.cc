@@ -212,15 +212,23 @@ class StationBuilder {
 void AppendLog(const TeleopStation& station,
                const drake::systems::VectorLog<double>& log,
                RunLogStore* store) {
-  const int count = log.num_samples();
   const auto size = static_cast<int>(log.get_input_size());
-  Eigen::MatrixXd samples = Eigen::MatrixXd::Zero(station.num_columns, count);
-  samples.topRows(size) = log.data();
-  for (int i = 0; i < count; ++i) {
-    samples.col(i).segment<3>(size) =
-        station.path.Calc(log.sample_times()[i]).position;
+  const auto log_times = log.sample_times();
+  const auto log_samples = log.data();
+  Eigen::VectorXd times(log_times.size());
+  Eigen::MatrixXd samples =
+      Eigen::MatrixXd::Zero(station.num_columns, times.size());
+  Eigen::Index count = 0;
+  for (Eigen::Index i = 0; i < times.size(); ++i) {
+    // A simulator that goes on from a copied context notes its time once more.
+    if (i + 1 < times.size() && log_times(i + 1) == log_times(i)) continue;
+    times(count) = log_times(i);
+    samples.col(count).head(size) = log_samples.col(i);
+    samples.col(count).segment<3>(size) =
+        station.path.Calc(log_times(i)).position;
+    ++count;
   }
-  store->Append(log.sample_times(), samples);
+  store->Append(times.head(count), samples.leftCols(count));
 }
 
 }  // namespace

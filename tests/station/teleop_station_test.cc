@@ -294,6 +294,24 @@ TEST(TeleopStationTest, SameSeedSameLogOtherSeedAnother) {
   EXPECT_FALSE(AreEqual(Bench(scenario).AdvanceTo(0.3), log));
 }
 
+TEST(TeleopStationTest, GoesOnFromACloneWithTheSameBits) {
+  for (const Wiring wiring : {Wiring::kFused, Wiring::kSystems}) {
+    const Scenario scenario = LoadScenario(kFlatTool);
+    Bench dut(scenario, wiring);
+    dut.AdvanceTo(5.0);
+    const auto clone = dut.simulator->get_context().Clone();
+    const RunLog log = dut.AdvanceTo(5.1);
+    EXPECT_EQ(log.Signal<1>("dimension")(log.time.size() - 1, 0), 1);
+    // Beside what the original's simulator did meanwhile.
+    Simulator<double> simulator(*dut.diagram, clone->Clone());
+    simulator.AdvanceTo(5.1);
+    EXPECT_TRUE(
+        AreEqual(MakeRunLog(dut.station, simulator.get_context()), log));
+    // The whole of it, as of one that was never interrupted.
+    EXPECT_TRUE(AreEqual(Bench(scenario, wiring).AdvanceTo(5.1), log));
+  }
+}
+
 TEST(TeleopStationTest, LogThatIsMovedOnTheWayIsTheSame) {
   const Scenario scenario = LoadScenario(kPlane);
   const Bench dut(scenario);
