@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the rate of control gives and costs: `dual-proxy bench control`.
 
-Scene `plane` with the bare engine over rates of control and low-passes of the
-force sensor, the plant's step always that of the reference: what differs is
-control alone. Errors are of scheme `position_force`, which draws no random
-numbers; force ripple and stability are of `dual_proxy`, with the sensor's noise.
+Scene `plane` with the bare engine over rates of control and what else stands
+between controller and plant: the force sensor's low-pass and delay, steps between
+the torques that joints can give. The plant's step is always that of the reference.
+Errors are of scheme `position_force`, which draws no random numbers; force ripple
+and stability are of `dual_proxy`, with the sensor's noise.
 """
 
 from __future__ import annotations
@@ -42,15 +43,40 @@ Row = dict[str, Any]
 _RIPPLE = {"haptic_force_ac_N": "hand_ac_N", "contact_force_ac_N": "contact_ac_N"}
 
 
+class Between(NamedTuple):
+    """Something between controller and plant."""
+
+    name: str
+    overrides: dict[str, Any]
+
+
+_NOTHING = Between("nothing", {"sensor.cutoff": 0.0})
+
+
+def _low_pass(cutoff: float) -> Between:
+    return Between(f"low-pass {cutoff:g} Hz", {"sensor.cutoff": cutoff})
+
+
+def _sensor_delay(milliseconds: float) -> Between:
+    delay = 1e-3 * milliseconds
+    overrides = _NOTHING.overrides | {"sensor.delay": delay}
+    return Between(f"sensor {milliseconds:g} ms late", overrides)
+
+
+def _torque_steps(step: float) -> Between:
+    overrides = _NOTHING.overrides | {"mismatch.torque_step": step}
+    return Between(f"torques in steps of {step:g} N m", overrides)
+
+
 class Plan(NamedTuple):
     """How much is run."""
 
     rates: tuple[float, ...]
     """Hz, of control."""
-    cutoffs: tuple[float, ...]
-    """Hz, of the sensor's low-pass; 0: none."""
+    between: tuple[Between, ...]
+    """What stands between controller and plant, one at a time."""
     reference_rate: float
-    """Hz, of control without a low-pass; the plant's step is its period."""
+    """Hz, of control with nothing in between; the plant's step is its period."""
     seeds: int
     """Of each run of `dual_proxy`."""
     repeats: int
@@ -59,14 +85,20 @@ class Plan(NamedTuple):
 
 FULL = Plan(
     rates=(250.0, 500.0, 1000.0, 2000.0, 4000.0),
-    cutoffs=(0.0, 100.0, 50.0, 20.0, 10.0),
+    between=(
+        _NOTHING,
+        *(_low_pass(cutoff) for cutoff in (100.0, 50.0, 20.0, 10.0)),
+        # In whole periods of all rates.
+        *(_sensor_delay(delay) for delay in (4.0, 8.0, 16.0)),
+        *(_torque_steps(step) for step in (0.003, 0.01, 0.03, 0.1)),
+    ),
     reference_rate=8000.0,
     seeds=5,
     repeats=3,
 )
 QUICK = Plan(
     rates=(500.0, 1000.0, 2000.0),
-    cutoffs=(0.0, 20.0),
+    between=(_NOTHING, _low_pass(20.0), _sensor_delay(8.0), _torque_steps(0.03)),
     reference_rate=4000.0,
     seeds=1,
     repeats=1,
@@ -74,12 +106,12 @@ QUICK = Plan(
 
 
 def measure(plan: Plan) -> list[Row]:
-    """Run every rate and low-pass.
+    """Run every rate with each of what is between.
 
     Returns
     -------
     rows
-        Each with `rate_Hz`, `cutoff_Hz`; of `position_force` `us_per_ms` and
+        Each with `rate_Hz`, `between`; of `position_force` `us_per_ms` and
         `yardsticks` (see `Cost`), `position_um` and `force_N` (root mean squares
         while sliding, against the reference); of `dual_proxy` over 20 s
         `hand_ac_N` and `contact_ac_N` (mean over its seeds of what swings about
@@ -88,33 +120,32 @@ def measure(plan: Plan) -> list[Row]:
     """
     step = 1.0 / plan.reference_rate
 
-    def overrides(rate: float, cutoff: float) -> dict[str, Any]:
-        return {
-            "control_period": 1.0 / rate,
-            "scene.time_step": step,
-            "sensor.cutoff": cutoff,
-        }
+    def overrides(rate: float, between: Between) -> dict[str, Any]:
+        rates = {"control_period": 1.0 / rate, "scene.time_step": step}
+        return rates | between.overrides
 
-    settings = list(itertools.product(plan.cutoffs, plan.rates))
+    settings = list(itertools.product(plan.between, plan.rates))
     jobs = [
         Job(
-            f"{rate:g} Hz low-pass {cutoff:g} Hz seed {seed}",
-            change_scenario("plane", seed=seed, overrides=overrides(rate, cutoff)),
+            f"{rate:g} Hz {between.name} seed {seed}",
+            change_scenario("plane", seed=seed, overrides=overrides(rate, between)),
             "bare",
         )
-        for cutoff, rate in settings
+        for between, rate in settings
         for seed in range(plan.seeds)
     ]
     results = iter(run_many(jobs))
-    reference, _ = simulate("bare", quiet_scenario(overrides(plan.reference_rate, 0.0)))
+    reference, _ = simulate(
+        "bare", quiet_scenario(overrides(plan.reference_rate, _NOTHING))
+    )
     rows = []
-    for cutoff, rate in settings:
-        progress(f"position_force, {rate:g} Hz, low-pass {cutoff:g} Hz")
-        scenario = quiet_scenario(overrides(rate, cutoff))
+    for between, rate in settings:
+        progress(f"position_force, {rate:g} Hz, {between.name}")
+        scenario = quiet_scenario(overrides(rate, between))
         runs = [simulate("bare", scenario) for _ in range(plan.repeats)]
         errors = phase_errors(runs[0][0], reference)["sliding"]
         rows.append(
-            {"rate_Hz": rate, "cutoff_Hz": cutoff}
+            {"rate_Hz": rate, "between": between.name}
             | least_cost([cost for _, cost in runs])._asdict()
             | {key: errors[key] for key in ("position_um", "force_N")}
             | summarise_runs([next(results) for _ in range(plan.seeds)], _RIPPLE)
@@ -126,12 +157,12 @@ def control_table(rows: Iterable[Row]) -> str:
     """Return what `measure` found, as Markdown."""
     return markdown_table(
         [
-            *("low-pass, Hz", "control, Hz", "us per simulated ms", "yardsticks"),
+            *("in between", "control, Hz", "us per simulated ms", "yardsticks"),
             *("position, um", "force, N", "hand AC, N", "contact AC, N", "stable"),
         ],
         (
             [
-                f"{row['cutoff_Hz']:g}" if row["cutoff_Hz"] else "none",
+                row["between"],
                 f"{row['rate_Hz']:g}",
                 *(
                     number_text(row[key])
@@ -146,7 +177,8 @@ def control_table(rows: Iterable[Row]) -> str:
 
 
 def draw(results: Results, path: Path) -> None:
-    """Draw errors and ripple over time, a line per low-pass along the rates."""
+    """Draw errors and ripple over time, a line for each of what is between along
+    the rates."""
     rows = results["rows"]
     axes = make_axes(1, 4, (15, 4))
     shown = {
@@ -156,14 +188,13 @@ def draw(results: Results, path: Path) -> None:
         "contact_ac_N": "contact AC, N",
     }
     for axis, (key, title) in zip(axes.flat, shown.items(), strict=True):
-        for cutoff in dict.fromkeys(row["cutoff_Hz"] for row in rows):
+        for between in dict.fromkeys(row["between"] for row in rows):
             points = [
                 (row["yardsticks"], row[key], f"{row['rate_Hz']:g}")
                 for row in rows
-                if row["cutoff_Hz"] == cutoff and row[key] is not None
+                if row["between"] == between and row[key] is not None
             ]
-            label = f"low-pass {cutoff:g} Hz" if cutoff else "no low-pass"
-            plot_trade(axis, points, label)
+            plot_trade(axis, points, between)
         axis.set(xscale="log", yscale="log")
         axis.set_title(title, fontsize=9)
         axis.set_xlabel("run time, yardsticks")
