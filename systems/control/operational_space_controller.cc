@@ -234,7 +234,6 @@ OperationalSpaceController<kJoints>::MakeState() const noexcept {
 template <int kJoints>
 JointVector<kJoints> OperationalSpaceController<kJoints>::CalcLimiting(
     const Input& input, const Joints& net, State* state) const noexcept {
-  if (!joint_limits_.IsNear(input.q, input.v)) return Joints::Zero();
   JointMatrix<kJoints> L = input.model.mass;
   if (!FactorInPlace(&L)) return Joints::Zero();
   Joints asked = net;
@@ -266,7 +265,8 @@ JointVector<kJoints> OperationalSpaceController<kJoints>::CalcLimiting(
 
 template <int kJoints>
 JointVector<kJoints> OperationalSpaceController<kJoints>::Send(
-    const Joints& torque, const Joints& gravity, State* state) const noexcept {
+    const Joints& torque, const Joints& gravity, bool together,
+    State* state) const noexcept {
   const double usable = 1 - params_.torque_margin;
   const Joints limit = usable * params_.torque_limit;
   const Joints limited = torque.cwiseMax(-limit).cwiseMin(limit);
@@ -275,10 +275,15 @@ JointVector<kJoints> OperationalSpaceController<kJoints>::Send(
     state->initialized = true;
     state->torque = (-gravity).cwiseMax(-limit).cwiseMin(limit);
   }
-  const Joints step =
-      Joints::Constant(usable * params_.torque_rate_limit * params_.period);
-  const Joints sent =
+  const double most = usable * params_.torque_rate_limit * params_.period;
+  const Joints change = limited - state->torque;
+  const double largest = change.cwiseAbs().maxCoeff();
+  const Joints step = Joints::Constant(most);
+  Joints sent =
       limited.cwiseMax(state->torque - step).cwiseMin(state->torque + step);
+  if (together && largest > most) {
+    sent = state->torque + most / largest * change;
+  }
   if (sent != limited) ++state->rate_limited;
   state->torque = sent;
   return sent;
@@ -290,8 +295,9 @@ OperationalSpaceController<kJoints>::Refuse(const ModelTerms<kJoints>& model,
                                             State* state) const noexcept {
   ++state->bad_inputs;
   Output output;
-  output.torque = IsFinite(model) ? Send(-model.gravity, model.gravity, state)
-                                  : state->torque;
+  output.torque = IsFinite(model)
+                      ? Send(-model.gravity, model.gravity, false, state)
+                      : state->torque;
   output.observed_energy = state->force.passivity.energy;
   output.observed_moment_energy = state->moment.passivity.energy;
   return output;
@@ -380,10 +386,12 @@ OperationalSpaceController<kJoints>::Update(const Input& input,
       Lambda * (acceleration - model.Jdot_v - model.J_BE * posture) +
       spring_wrench + contact_wrench;
   const Joints net = model.J_BE.transpose() * wrench + model.mass * posture;
-  const Joints torque =
-      net + model.bias - model.gravity + CalcLimiting(input, net, state);
+  Joints torque = net + model.bias - model.gravity;
+  const bool near_limits = joint_limits_.IsNear(input.q, input.v);
+  if (near_limits) torque += CalcLimiting(input, net, state);
   if (!torque.allFinite()) return Refuse(model, state);
-  output.torque = Send(torque, model.gravity, state);
+  // What limits a joint has the others make up for it: all or none of it.
+  output.torque = Send(torque, model.gravity, near_limits, state);
 
   const Vector6 motion_wrench = Lambda * acceleration + spring_wrench;
   const bool unit_mass = params_.unit_mass_motion_force && !impedance;

@@ -397,12 +397,16 @@ class OperationalSpaceController {
  private:
   using Joints = JointVector<kJoints>;
 
-  /** The torque that is to be added so that no joint passes its limits.
+  /** The torque that is to be added so that no joint passes its limits, to
+  which one is near.
   @param net  N m: what accelerates the arm. */
   Joints CalcLimiting(const Input& input, const Joints& net,
                       State* state) const noexcept;
-  /** Limits `torque` in size and rate, and remembers it as sent. */
-  Joints Send(const Joints& torque, const Joints& gravity,
+  /** Limits `torque` in size and rate, and remembers it as sent.
+  @param together  whether all change by the same share of what they should:
+  what holds a joint back is made up for by the others. Else each by what it
+  may. */
+  Joints Send(const Joints& torque, const Joints& gravity, bool together,
               State* state) const noexcept;
   Output Refuse(const ModelTerms<kJoints>& model, State* state) const noexcept;
 

@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include "dual_proxy/common/rotation.h"
 #include "dual_proxy/link/communication_channel.h"
 #include "dual_proxy/sides/haptic_side.h"
 #include "dual_proxy/sides/robot_side.h"
@@ -180,6 +181,8 @@ TEST_P(ImpossibleInputsTest, StaysWithinLimitsAndRecovers) {
         ASSERT_LE((torque - last).cwiseAbs().maxCoeff(), most_step) << i;
         ASSERT_TRUE(wrench.allFinite()) << i;
         ASSERT_LE(wrench.head<3>().norm(), 1.0001 * most_force) << i;
+        ASSERT_TRUE(IsValidPose(state.robot.half.output().proxy_pose)) << i;
+        ASSERT_TRUE(IsValidPose(state.haptic.half.output().proxy_pose)) << i;
       }
       EXPECT_LT((state.robot.output.controller.torque -
                  good.robot.output.controller.torque)

@@ -108,9 +108,11 @@ void FourChannelHapticHalf::Update(double time, const HapticHalfInput& input,
   } else {
     force = RateLimit(force, Vector3d::Zero(), max_release_);
   }
-  output.proxy_pose = input.X_DH;
-  if (state->link.status != LinkStatus::kWaiting) {
-    output.proxy_pose.p = map_.HapticProxy(state->robot.position, X_d.R).p;
+  if (valid) {
+    output.proxy_pose = input.X_DH;
+    if (state->link.status != LinkStatus::kWaiting) {
+      output.proxy_pose.p = map_.HapticProxy(state->robot.position, X_d.R).p;
+    }
   }
   output.message = ToMessage(sender_.Update(
       time, {.pose = X_d, .velocity = v_d, .hand_force = f_h}, &state->sender));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/schemes/position_force/scheme.h"
 
+#include "dual_proxy/common/rotation.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
 
 namespace dual_proxy {
@@ -30,7 +31,7 @@ void PositionForceHapticHalf::Update(double time, const HapticHalfInput& input,
         params_.max_force);
   }
   output.setpoint.reference_force = force;
-  output.proxy_pose = input.X_DH;
+  if (IsValidPose(input.X_DH)) output.proxy_pose = input.X_DH;
   output.message =
       ToMessage(sender_.Update(time, {.pose = input.X_DH}, &state->sender));
   output.link = state->link;

@@ -44,7 +44,7 @@ void PositionPositionHapticHalf::Update(double time,
   } else {
     force = RateLimit(force, Eigen::Vector3d::Zero(), max_release_);
   }
-  if (state->link.status == LinkStatus::kWaiting) {
+  if (valid && state->link.status == LinkStatus::kWaiting) {
     output.proxy_pose = input.X_DH;
   }
   output.message =

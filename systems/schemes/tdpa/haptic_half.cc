@@ -74,7 +74,7 @@ void TdpaHapticHalf::Update(double time, const HapticHalfInput& input,
     output.setpoint.injected_force = -kappa * (R_DB * injected);
     F_h += output.setpoint.injected_force;
   }
-  output.proxy_pose = input.X_DH;
+  if (valid) output.proxy_pose = input.X_DH;
   output.message = ToMessage(sender_.Update(
       time, {.pose = X_d, .energy = state->passivity.input}, &state->sender));
   output.link = state->link;

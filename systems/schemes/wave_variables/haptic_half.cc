@@ -94,7 +94,7 @@ void WaveVariablesHapticHalf::Update(double time, const HapticHalfInput& input,
   } else {
     force = RateLimit(force, Vector3d::Zero(), max_release_);
   }
-  output.proxy_pose = input.X_DH;
+  if (valid) output.proxy_pose = input.X_DH;
   const Pose X_d = map_.RobotProxy(input.X_DH.p, input.X_DH.R);
   output.message = ToMessage(sender_.Update(
       time, {.sums = state->sent, .orientation = X_d.R}, &state->sender));
