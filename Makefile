@@ -7,7 +7,8 @@ JOBS ?= 2
 CPP_FILES = $(shell git ls-files '*.h' '*.cc')
 READY := $(VENV)/.ready
 
-.PHONY: demo test build lint format stubs figures bench-filter-speed sanitize clean
+.PHONY: demo test build lint format stubs figures bench bench-filter-speed stress \
+  sanitize clean
 
 demo: build  ## Run scene `plane` and write its report to out/demo
 	$(BIN)/dual-proxy run plane --delay 0.05 --out out/demo
@@ -68,6 +69,13 @@ figures: build  ## Print the tables of README and docs, draw the README's pictur
 	$(BIN)/dual-proxy bench filter --page docs/benchmarks.md
 	$(BIN)/python benchmarks/filter_rates.py --page docs/benchmarks.md
 	$(BIN)/python benchmarks/filter_choices.py --page docs/filter.md
+
+bench: build  ## Run time against error: all of `dual-proxy bench`, some 15 minutes
+	for subject in engine control link plant cycle savings filter; do \
+	  $(BIN)/dual-proxy bench $$subject || exit; done
+
+stress: build  ## 3000 hard runs, a day, maps of stability: some 25 minutes
+	$(BIN)/dual-proxy stress
 
 # Without Drake and Python, whose binaries are not instrumented.
 sanitize: $(READY)  ## Run the C++ tests under address, undefined and thread sanitizers

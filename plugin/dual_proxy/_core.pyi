@@ -7604,7 +7604,7 @@ class Waypoint:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'time': 's, in [0, 3600]: when to be there, default 0', 'position': '(3,), m, in [-2, 2]: in B, default 0', 'rotation': '(3,), rad, in [-pi, pi]: in B: rotation vector of the tool from where it is at home, R_BE = exp(rotation) R_cw, default 0'}
+    fields: typing.ClassVar[dict] = {'time': 's, in [0, 100000]: when to be there, default 0', 'position': '(3,), m, in [-2, 2]: in B, default 0', 'rotation': '(3,), rad, in [-pi, pi]: in B: rotation vector of the tool from where it is at home, R_BE = exp(rotation) R_cw, default 0'}
     def __copy__(self) -> Waypoint:
         ...
     def __deepcopy__(self, memo: dict) -> Waypoint:
@@ -7645,7 +7645,7 @@ class Waypoint:
     @property
     def time(self) -> float:
         """
-        s, in [0, 3600]: when to be there, default 0
+        s, in [0, 100000]: when to be there, default 0
         """
     @time.setter
     def time(self, arg1: typing.Any) -> None:
@@ -7994,7 +7994,7 @@ class Scenario:
     SCHEMES: typing.ClassVar[tuple] = ('dual_proxy', 'position_force', 'position_position', 'four_channel', 'tdpa', 'wave_variables', 'model_mediated')
     __hash__: typing.ClassVar[None] = None
     _fields: typing.ClassVar[list]
-    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda", "point_mass": what the tool is on; a point has no Drake plant, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 3600]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "SceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of an arm', 'point_controller': 'PointControllerParams: of a point mass', 'point_mass': 'PointRobotParams: the robot that is one', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'planner': 'LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'operator_aids': "OperatorAidsParams: of the device's side; a schedule of the operator's turns their buttons on", 'gripper': "GripperParams: of the robot; a schedule of the operator's enables it", 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do', 'mismatch': 'ArmMismatchParams: what the arm of engine bare is that its controllers do not know of', 'faults': 'list of InputFault: inputs of the loop that are wrong for a while', 'claims': 'list of Claim: what is said of it; no run needs them'}
+    fields: typing.ClassVar[dict] = {'name': 'top-level key of the YAML file', 'description': 'one line', 'robot': 'one of "panda", "point_mass": what the tool is on; a point has no Drake plant, default "panda"', 'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'law': 'one of "default", "printed": this project\'s, or the paper\'s to the letter, default "default"', 'duration': 's, in [0.001, 100000]: of a run, default 20', 'extend_for_delay': "lengthens the run to the end of the operator's path + 3 x delay + 2 s, so that a late release is part of it; setting `duration` by an override turns this off, default true", 'seed': '>= 0: of everything random, default 0', 'control_period': "s, in [1e-05, 0.01]: of both sides' control; beyond 1 ms, for which the gains are made, only as long as the law is stable with it, default 0.001", 'scene': "SceneParams: the arm's surroundings", 'map': 'WorkspaceMapParams: between device and robot; its p_cw is a copy', 'link': 'LinkParams: both directions alike', 'robot_proxy': "RobotSideProxyParams: the dual proxy on the robot's side", 'controller': 'OperationalSpaceControllerParams: of an arm', 'point_controller': 'PointControllerParams: of a point mass', 'point_mass': 'PointRobotParams: the robot that is one', 'filter': 'ForceSpaceParticleFilterParams: at 100 Hz; see docs/benchmarks.md', 'angular_filter': 'AngularFilterParams: of moments', 'planner': 'LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections', 'haptic_proxy': "HapticSideProxyParams: the dual proxy on the device's side", 'haptic_controller': 'HapticControllerParams: of the device', 'operator_aids': "OperatorAidsParams: of the device's side; a schedule of the operator's turns their buttons on", 'gripper': "GripperParams: of the robot; a schedule of the operator's enables it", 'schemes': 'SchemesParams: of each scheme that has some', 'device': 'SimulatedHapticDeviceParams: what stands for the device and its hand', 'sensor': 'ForceTorqueSensorParams: between arm and tool', 'operator': 'OperatorParams: what the hand means to do', 'mismatch': 'ArmMismatchParams: what the arm of engine bare is that its controllers do not know of', 'faults': 'list of InputFault: inputs of the loop that are wrong for a while', 'claims': 'list of Claim: what is said of it; no run needs them'}
     def __copy__(self) -> Scenario:
         ...
     def __deepcopy__(self, memo: dict) -> Scenario:
@@ -8124,7 +8124,7 @@ class Scenario:
     @property
     def duration(self) -> float:
         """
-        s, in [0.001, 3600]: of a run, default 20
+        s, in [0.001, 100000]: of a run, default 20
         """
     @duration.setter
     def duration(self, arg1: typing.Any) -> None:

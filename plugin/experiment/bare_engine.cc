@@ -265,10 +265,17 @@ BareEngine<PointRobot> MakePointMassEngine(
 
 RunWatchParams MakeRunWatchParams(const Scenario& scenario, double duration,
                                   double rest_time) {
-  return {.device_force = scenario.haptic_controller.max_force,
-          .device_moment = scenario.haptic_controller.max_moment,
-          .control_period = scenario.control_period,
-          .rest_start = std::max(0.0, duration - rest_time)};
+  RunWatchParams watch{.device_force = scenario.haptic_controller.max_force,
+                       .device_moment = scenario.haptic_controller.max_moment,
+                       .control_period = scenario.control_period,
+                       .rest_start = std::max(0.0, duration - rest_time)};
+  if (scenario.scheme == SchemeOf<DualProxyScheme>) {
+    const HapticSideProxyParams& proxy = scenario.haptic_proxy;
+    watch.reference_force_rate =
+        std::max(proxy.force_rate, proxy.lost_force_rate);
+    watch.reference_moment_rate = proxy.moment_rate;
+  }
+  return watch;
 }
 
 }  // namespace dual_proxy

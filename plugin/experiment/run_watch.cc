@@ -20,6 +20,9 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Most that may be off in projections and quaternions.
 constexpr double kProjectionError = 1e-12;
 constexpr double kRotationError = 1e-9;
+// W: any hand takes up a thousand times that. A delayed spring gives back a few
+// millijoules more than it took each time it is pressed, which add up in hours.
+constexpr double kUnnoticedPower = 1e-3;
 
 // NaN is worse than all.
 bool IsWorse(double value, double than) {
@@ -54,6 +57,10 @@ void RunWatchParams::Validate() const {
   constexpr const char* kWho = "RunWatchParams";
   ThrowUnlessIn(kWho, "device_force", device_force, AtLeast(0));
   ThrowUnlessIn(kWho, "device_moment", device_moment, AtLeast(0));
+  ThrowUnlessIn(kWho, "reference_force_rate", reference_force_rate.value_or(0),
+                AtLeast(0));
+  ThrowUnlessIn(kWho, "reference_moment_rate",
+                reference_moment_rate.value_or(0), AtLeast(0));
   ThrowUnlessIn(kWho, "control_period", control_period, Above(0));
   ThrowUnlessIn(kWho, "rest_start", rest_start, AtLeast(0));
 }
@@ -99,6 +106,7 @@ void RunWatch::Add(const RunLog& piece) {
     Keep("commands_not_finite", "", finite ? 0 : 1, piece.time(first), 0.0);
   }
   AddArm(piece);
+  AddDevice(piece);
   AddShapes(piece, first);
   AddEnergy(piece, first);
   AddRest(piece, first);
@@ -111,6 +119,9 @@ void RunWatch::AddArm(const RunLog& piece) {
     Keep(std::string("over_") + check.limit, "", check.broken ? 1 : 0,
          piece.time(0), 0.0, check.broken ? check.worst : "");
   }
+}
+
+void RunWatch::AddDevice(const RunLog& piece) {
   const auto keep_norm = [&](const char* signal, const char* unit,
                              double most) {
     if (!piece.Has(signal)) return;
@@ -122,6 +133,23 @@ void RunWatch::AddArm(const RunLog& piece) {
   };
   keep_norm("device_force", "N", params_.device_force);
   keep_norm("device_moment", "N m", params_.device_moment);
+  // A piece begins with the last row of the one before.
+  const auto keep_rate = [&](const char* signal, const char* name,
+                             const char* unit, std::optional<double> most) {
+    if (!piece.Has(signal) || piece.time.size() < 2) return;
+    const auto values = piece.Signal<3>(signal);
+    const auto rate_of = [&](Index i) {
+      return (values.row(i) - values.row(i - 1)).norm() /
+             params_.control_period;
+    };
+    const Worst worst = FindWorst(1, values.rows(), rate_of);
+    if (most) *most *= 1 + 1e-9;
+    Keep(name, unit, worst.value, piece.time(worst.row), most);
+  };
+  keep_rate("haptic_reference_force", "reference_force_rate", "N/s",
+            params_.reference_force_rate);
+  keep_rate("haptic_reference_moment", "reference_moment_rate", "N m/s",
+            params_.reference_moment_rate);
 }
 
 void RunWatch::AddShapes(const RunLog& piece, Index first) {
@@ -151,7 +179,8 @@ void RunWatch::AddEnergy(const RunLog& piece, Index first) {
     const auto force = piece.Signal<3>("device_force");
     const auto velocity = piece.Signal<3>("device_velocity");
     const auto given = [&](Index i) {
-      energy_ += params_.control_period * force.row(i).dot(velocity.row(i));
+      energy_ += params_.control_period *
+                 (force.row(i).dot(velocity.row(i)) - kUnnoticedPower);
       least_energy_ = std::min(least_energy_, energy_);
       return energy_ - least_energy_;
     };

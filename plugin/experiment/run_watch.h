@@ -15,8 +15,11 @@ namespace dual_proxy {
 /** What RunWatch needs to know. */
 struct RunWatchParams {
   ArmLimits<7> arm{};
-  double device_force{12};      ///< N: most that a device may be told.
-  double device_moment{0.5};    ///< N m, likewise.
+  double device_force{12};    ///< N: most that a device may be told.
+  double device_moment{0.5};  ///< N m, likewise.
+  /** N/s, N m/s: how fast F_h and M_h may change, if that is limited. */
+  std::optional<double> reference_force_rate{};
+  std::optional<double> reference_moment_rate{};
   double control_period{1e-3};  ///< s, > 0.
   double rest_start{0};         ///< s: from then on all should be at rest.
 
@@ -42,13 +45,13 @@ struct WatchedValue {
 /** Watches a run, piece by piece, as it is made: nothing of its log needs to be
 kept, and a day can be watched.
 
-In every period: that all is finite; the arm's limits (CheckArmLimits()) and the
-device's; that selections are symmetric projections and rotations unit
-quaternions. Over the run: the most energy that the device has given to the hand
-in any stretch of time, and the least of the force loop's observed energy. From
-`rest_start` on: how much forces and positions swing about a straight line
-(RMS). At the end: both links' status, and how far the tool is from where motion
-control wants it. */
+In every period: that all is finite; the arm's limits (CheckArmLimits()), the
+device's and those of F_h's and M_h's rates; that selections are symmetric
+projections and rotations unit quaternions. Over the run: the most energy that
+the device has given to the hand in any stretch of time, beyond 1 mW, and the
+least of the force loop's observed energy. From `rest_start` on: how much forces
+and positions swing about a straight line (RMS). At the end: both links' status,
+and how far the tool is from where motion control wants it. */
 class RunWatch {
  public:
   /** @throws std::invalid_argument if params are not valid. */
@@ -76,6 +79,7 @@ class RunWatch {
   };
 
   void AddArm(const RunLog& piece);
+  void AddDevice(const RunLog& piece);
   void AddShapes(const RunLog& piece, Eigen::Index first);
   void AddEnergy(const RunLog& piece, Eigen::Index first);
   void AddRest(const RunLog& piece, Eigen::Index first);
@@ -91,7 +95,7 @@ class RunWatch {
   double rest_count_{0};
   double rest_t_{0};   ///< Sum of times since rest_start, s.
   double rest_tt_{0};  ///< Of their squares, s^2.
-  double energy_{0};   ///< J, that the device has given to the hand.
+  double energy_{0};   ///< J, that the hand was given, beyond 1 mW.
   double least_energy_{0};
   bool has_begun_{false};
 };

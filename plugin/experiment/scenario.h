@@ -101,6 +101,9 @@ struct LinkParams {
   }
 };
 
+/** s: more than a day. */
+inline constexpr double kLongestRun = 1e5;
+
 /** A place to be at rest at a time. */
 struct Waypoint {
   double time{0};
@@ -113,8 +116,9 @@ struct Waypoint {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(Field("time", &time, Between(0, 3600), "s", "when to be there")
-                 .Required());
+    a->Visit(
+        Field("time", &time, Between(0, kLongestRun), "s", "when to be there")
+            .Required());
     a->Visit(
         Field("position", &position, Between(-2, 2), "m", "in B").Required());
     a->Visit(Field("rotation", &rotation,
@@ -343,8 +347,8 @@ struct Scenario {
       VisitEnum(a, "Scenario", "law", &law,
                 "this project's, or the paper's to the letter");
     }
-    a->Visit(
-        Field("duration", &duration, Between(1e-3, 3600), "s", "of a run"));
+    a->Visit(Field("duration", &duration, Between(1e-3, kLongestRun), "s",
+                   "of a run"));
     a->Visit(Field("extend_for_delay", &extend_for_delay,
                    "lengthens the run to the end of the operator's path + 3 x "
                    "delay + 2 s, so that a late release is part of it; setting "

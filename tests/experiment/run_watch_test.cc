@@ -37,8 +37,9 @@ class RunWatchTest : public testing::Test {
                     {"torque", 28, 7},
                     {"robot_link_status", 35, 1},
                     {"haptic_link_status", 36, 1},
-                    {"motion_error", 37, 3}};
-    log_.values.setZero(kRows, 40);
+                    {"motion_error", 37, 3},
+                    {"haptic_reference_force", 40, 3}};
+    log_.values.setZero(kRows, 43);
     Column("robot_proxy_orientation").setOnes();
   }
 
@@ -52,7 +53,7 @@ class RunWatchTest : public testing::Test {
 
   /** In pieces, as the engine gives them. */
   WatchedValue Watch(const std::string& name, int rows_in_piece = kRows) const {
-    RunWatch watch({.rest_start = 1});
+    RunWatch watch({.reference_force_rate = 20, .rest_start = 1});
     for (Index begin = 0; begin < kRows - 1; begin += rows_in_piece - 1) {
       const Index count = std::min<Index>(rows_in_piece, kRows - begin);
       LogTable piece = log_;
@@ -113,6 +114,19 @@ TEST_F(RunWatchTest, LimitsOfTheDeviceHoldInEveryPeriod) {
   EXPECT_GT(force.value, *force.most);
 }
 
+TEST_F(RunWatchTest, TheReferenceForceChangesNoFasterThanItMay) {
+  for (int i = 0; i < kRows; ++i)
+    Column("haptic_reference_force", 2)(i) = 0.02 * i;
+  // The step is between two pieces.
+  Column("haptic_reference_force", 2).tail(kRows - 99).array() += 0.01;
+  for (const int rows : {kRows, 100}) {
+    const WatchedValue rate = Watch("reference_force_rate", rows);
+    EXPECT_NEAR(rate.value, 30, 1e-9);
+    EXPECT_NEAR(rate.time, 0.099, 1e-12);
+    EXPECT_NEAR(rate.most.value(), 20, 1e-6);
+  }
+}
+
 TEST_F(RunWatchTest, WhatCouldNotBeToldOnceStaysSo) {
   Column("device_force", 1)(333) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(std::isnan(Watch("device_force", 100).value));
@@ -131,12 +145,12 @@ TEST_F(RunWatchTest, ShapesAreLookedAt) {
 }
 
 TEST_F(RunWatchTest, TheDevicesEnergyIsTheMostInAnyStretch) {
-  // Takes 1 J, gives 0.6 J, takes 1 J.
+  // Takes 1 J, gives 0.6 J in 0.3 s, takes 1 J.
   Column("device_velocity").setConstant(1);
   Column("device_force").segment(1, 500).setConstant(-2);
   Column("device_force").segment(501, 300).setConstant(2);
   Column("device_force").segment(801, 500).setConstant(-2);
-  EXPECT_NEAR(Watch("device_energy", 100).value, 0.6, 1e-9);
+  EXPECT_NEAR(Watch("device_energy", 100).value, 0.6 - 0.3e-3, 1e-9);
 }
 
 TEST_F(RunWatchTest, RestIsSwingAboutALine) {

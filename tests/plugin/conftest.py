@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable
 from types import SimpleNamespace
 
@@ -29,6 +30,14 @@ DEPTH = 0.04
 FORCE = 6.5
 
 Arrays = dict[str, np.ndarray]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _interrupts():
+    """Have Ctrl-C interrupt, which a shell turns off for what it starts in the
+    background; what tests start has it from here."""
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _arrays(scenario) -> tuple[np.ndarray, Arrays]:

@@ -144,7 +144,7 @@ def test_a_case_is_repeated_by_its_command():
 
 
 def test_stress_goes_on_where_it_was(tmp_path, capsys):
-    plan = Plan(cases=12, drake_every=0, map_steps=0)
+    plan = Plan(cases=12, drake_every=0, map_steps=0, hours=0.01)
     lines = []
     tables, _ = stress(plan, 0, tmp_path, 2, progress=lines.append)
     assert tables["regions"].startswith("| factor |")
@@ -158,7 +158,7 @@ def test_stress_goes_on_where_it_was(tmp_path, capsys):
 
 def test_a_cluster_does_the_same_and_loses_nothing_when_a_worker_dies(tmp_path):
     distributed = pytest.importorskip("distributed", reason="extra `cluster`")
-    plan = Plan(cases=20, drake_every=0, map_steps=0)
+    plan = Plan(cases=20, drake_every=0, map_steps=0, hours=0.01)
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=None
     ) as cluster:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from dual_proxy.run import change_scenario
 from dual_proxy.scenario import SCHEMES, Scenario
 
-__all__ = ["FACTORS", "SCENES", "Case", "case_scenario", "draw_case"]
+__all__ = ["FACTORS", "SCENES", "Case", "case_scenario", "draw_case", "long_case"]
 
 Random = np.random.Generator
 Overrides = dict[str, Any]
@@ -326,6 +326,36 @@ def draw_case(number: int, bases: Mapping[str, Scenario]) -> Case:
             continue
         factors[name] = FACTORS[name](random, base)
     return Case(number, scene, scheme, number, factors)
+
+
+def long_case(hours: float, base: Scenario) -> Case:
+    """Return a case of many hours: the path of scene `plane` again and again, over
+    a link that is late, jitters and loses, with a clock and a sensor that drift.
+
+    Parameters
+    ----------
+    hours : float
+        How long, h, rounded up to whole turns of the path.
+    base : Scenario
+        Of `plane`.
+    """
+    path = base.operator.waypoints
+    turn = path[-1].time + 1.0
+    turns = int(np.ceil(3600 * hours / turn))
+    points = [
+        {"time": i * turn + point.time, "position": list(point.position)}
+        for i in range(turns)
+        for point in path
+    ]
+    # By its end the sensor is off by half a newton, the clock by seconds.
+    drift = 0.5 / (turns * turn)
+    factors: dict[str, Overrides] = {
+        "link": {"link.delay": 0.05, "link.jitter": 0.01, "link.loss": 0.1},
+        "clock": {"link.clock_drift": 5e-5},
+        "sensor": {"sensor.force_drift": [drift, 0.0, drift]},
+        "path": {"operator.waypoints": points},
+    }
+    return Case(0, "plane", "dual_proxy", 0, factors)
 
 
 def case_scenario(case: Case, base: Scenario) -> Scenario:

@@ -25,6 +25,7 @@ from dual_proxy.stress.cases import (
     base_scenario,
     case_scenario,
     draw_case,
+    long_case,
 )
 from dual_proxy.stress.maps import (
     AXES,
@@ -34,12 +35,13 @@ from dual_proxy.stress.maps import (
     stiffness_text,
 )
 from dual_proxy.stress.verdict import Verdict, judge
+from dual_proxy.watch import Watched
 
 __all__ = ["FULL", "PAGE_MARKS", "QUICK", "Plan", "repeat_command", "stress"]
 
 #: What names the tables' places in a page.
 PAGE_MARKS = tuple(
-    f"dual-proxy stress: {name}" for name in ("regions", "failures", *AXES)
+    f"dual-proxy stress: {name}" for name in ("regions", "failures", "day", *AXES)
 )
 
 _REST = 2.0  # s, at the end of a run
@@ -54,10 +56,12 @@ class Plan(NamedTuple):
     """Of so many cases one is run in Drake, too; 0: none."""
     map_steps: int
     """Of each boundary's bisection; 0: no maps."""
+    hours: float
+    """h, of one long run."""
 
 
-FULL = Plan(cases=3000, drake_every=300, map_steps=8)
-QUICK = Plan(cases=150, drake_every=0, map_steps=0)
+FULL = Plan(cases=3000, drake_every=300, map_steps=8, hours=24.0)
+QUICK = Plan(cases=150, drake_every=0, map_steps=0, hours=0.1)
 
 
 class Outcome(NamedTuple):
@@ -70,6 +74,7 @@ class Outcome(NamedTuple):
     failure: str
     """Why it came to no end."""
     verdict: Verdict
+    watched: Watched
 
     @property
     def safe(self) -> bool:
@@ -110,6 +115,10 @@ class Bench:
         """Draw a case by its number."""
         return draw_case(number, self._bases)
 
+    def long_case(self, hours: float) -> Case:
+        """Return the case of many hours."""
+        return long_case(hours, self._bases["plane"])
+
     def scenario(self, case: Case) -> Scenario:
         """Return what is run of a case; raises ScenarioError if it is refused."""
         return case_scenario(case, self._bases[case.scene])
@@ -122,7 +131,7 @@ class Bench:
             try:
                 scenario = self.scenario(case)
             except ScenarioError as error:
-                outcomes[place] = Outcome(case, engine, str(error), "", Verdict([], []))
+                outcomes[place] = _no_run(case, engine, refused=str(error))
                 continue
             name = f"{case.number} {'-'.join(case.factors)} {engine}"
             plan[place] = Job(name, scenario, engine, _REST)
@@ -162,10 +171,14 @@ def _is_as_bad(outcome: Outcome, before: Outcome) -> bool:
 def _outcome(case: Case, job: Job, result: Result) -> Outcome:
     if result.metrics is None:
         if result.status == 2:
-            return Outcome(case, job.engine, result.failure, "", Verdict([], []))
-        return Outcome(case, job.engine, "", result.failure, Verdict([], []))
+            return _no_run(case, job.engine, refused=result.failure)
+        return _no_run(case, job.engine, failure=result.failure)
     verdict = judge(result.metrics, job.scenario)
-    return Outcome(case, job.engine, "", "", verdict)
+    return Outcome(case, job.engine, "", "", verdict, result.metrics)
+
+
+def _no_run(case: Case, engine: str, refused: str = "", failure: str = "") -> Outcome:
+    return Outcome(case, engine, refused, failure, Verdict([], []), {})
 
 
 class _Ticker:
@@ -189,8 +202,8 @@ def stress(
     progress: Callable[[str], None] | None = None,
     cluster: str | None = None,
 ) -> tuple[dict[str, str], list[Outcome]]:
-    """Run cases, shrink those of the dual proxy that failed and those of any scheme
-    that broke a limit, and find the boundaries of stability.
+    """Run cases and a day, shrink those of the dual proxy that failed and those of
+    any scheme that broke a limit, and find the boundaries of stability.
 
     Parameters
     ----------
@@ -215,7 +228,7 @@ def stress(
     tables : dict
         Markdown, by the names of `PAGE_MARKS`.
     failures : list of Outcome
-        Each with the fewest factors that still fail.
+        Each with the fewest factors that still fail; the day, if it did, as it is.
 
     Raises
     ------
@@ -234,7 +247,8 @@ def stress(
     with RunsFolder(out, "stress") as folder:
         bench = Bench(folder, jobs, say, cluster)
         cases = [bench.draw(number) for number in range(first, first + plan.cases)]
-        outcomes = bench.run(cases)
+        # The day first: it takes as long as most of the others.
+        day, *outcomes = bench.run([bench.long_case(plan.hours), *cases])
         if plan.drake_every:
             outcomes += bench.run(
                 [
@@ -259,15 +273,16 @@ def stress(
         tables = {
             "regions": _regions(outcomes),
             "failures": _failures(failures, bench),
+            "day": _day(day, plan),
         } | {axis: _map_table(axis, boundaries) for axis in AXES if boundaries}
-        _save(folder.path, outcomes, failures, boundaries, bench)
+        _save(folder.path, day, outcomes, failures, boundaries, bench)
         if boundaries:
             draw_maps(boundaries, folder.path / "stability.png")
     if page is not None:
-        for name, mark in zip(("regions", "failures", *AXES), PAGE_MARKS, strict=True):
+        for name, mark in zip(tables, PAGE_MARKS, strict=True):
             fill_page(page, mark, tables[name])
         draw_maps(boundaries, page.parent / "images" / "stability.png")
-    return tables, failures
+    return tables, [*failures, *([day] if _is_failure(day) else [])]
 
 
 def explain(number: int, jobs: int | None = None) -> str:
@@ -371,6 +386,29 @@ def _failures(failures: Sequence[Outcome], bench: Bench) -> str:
     return markdown_table(head, rows or [["-"] * len(head)])
 
 
+# What of a long run is told, and in which unit.
+_OF_DAY = {
+    "device_force": "most force on the hand, N",
+    "device_energy": "most energy given to the hand, J",
+    "motion_error": "tool off at the end, m",
+    "rest_contact_force": "contact swings at rest, N",
+}
+
+
+def _day(day: Outcome, plan: Plan) -> str:
+    values = [day.watched.get(name, {}).get("value") for name in _OF_DAY]
+    return markdown_table(
+        ["simulated, h", "what was wrong", *_OF_DAY.values()],
+        [
+            [
+                f"{plan.hours:g}",
+                day.refused or day.wrong or "nothing",
+                *("-" if value is None else f"{value:.3g}" for value in values),
+            ]
+        ],
+    )
+
+
 def _map_table(axis: str, boundaries: Sequence[Boundary]) -> str:
     of_axis = [b for b in boundaries if b.axis == axis]
     values = list(dict.fromkeys(b.value for b in of_axis))
@@ -411,6 +449,7 @@ def _differences(
 
 def _save(
     path: Path,
+    day: Outcome,
     outcomes: Sequence[Outcome],
     failures: Sequence[Outcome],
     boundaries: Sequence[Boundary],
@@ -418,6 +457,7 @@ def _save(
 ) -> None:
     """Save stress.json."""
     content = {
+        "day": _record(day) | {"watched": day.watched},
         "cases": [_record(outcome) for outcome in outcomes],
         "failures": [
             _record(outcome)

@@ -43,9 +43,9 @@ def judge(watched: dict[str, dict[str, Any]], scenario: Scenario) -> Verdict:
     *Safety*: what is sent to arm and device is finite; every limit of both is kept
     in every period; selections are projections to 1e-12, rotations unit
     quaternions to 1e-9. *Stability*: the device gives the hand no more than 0.5 J
-    in any stretch of time; at rest forces swing by no more than 0.1 N and what
-    the sensor's noise makes, positions by 0.1 mm (RMS, for 2 s); both sides are
-    connected again, and the tool is where motion control wants it.
+    in any stretch of time, beyond 1 mW; at rest forces swing by no more than 0.1 N
+    and what the sensor's noise makes, positions by 0.1 mm (RMS, for 2 s); both
+    sides are connected again, and the tool is where motion control wants it.
     """
     safety = []
     for name, watch in watched.items():
