@@ -8,7 +8,7 @@ CPP_FILES = $(shell git ls-files '*.h' '*.cc')
 READY := $(VENV)/.ready
 
 .PHONY: demo test build lint format stubs figures bench bench-filter-speed stress \
-  sanitize clean
+  sanitize fuzz clean
 
 demo: build  ## Run scene `plane` and write its report to out/demo
 	$(BIN)/dual-proxy run plane --delay 0.05 --out out/demo
@@ -78,18 +78,35 @@ stress: build  ## 3000 hard runs, a day, maps of stability: some 25 minutes
 	$(BIN)/dual-proxy stress
 
 # Without Drake and Python, whose binaries are not instrumented.
+CONFIGURE_INSTRUMENTED = env -u DRAKE_INCLUDE_DIR $(BIN)/cmake -S . -G Ninja \
+  -DCMAKE_MAKE_PROGRAM=$(abspath $(BIN))/ninja --log-level=WARNING \
+  -DPython_EXECUTABLE=$(abspath $(BIN))/python \
+  -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O1 \
+  -DDUAL_PROXY_BUILD_PYTHON=OFF
+
 sanitize: $(READY)  ## Run the C++ tests under address, undefined and thread sanitizers
 	@set -e; for checks in address,undefined thread; do \
 	  echo "-fsanitize=$$checks"; \
 	  folder=build/sanitize-$${checks%%,*}; \
-	  env -u DRAKE_INCLUDE_DIR $(BIN)/cmake -S . -B $$folder -G Ninja \
-	    -DCMAKE_MAKE_PROGRAM=$(abspath $(BIN))/ninja --log-level=WARNING \
-	    -DPython_EXECUTABLE=$(abspath $(BIN))/python \
-	    -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O1 \
-	    -DDUAL_PROXY_BUILD_PYTHON=OFF -DDUAL_PROXY_SANITIZE=$$checks; \
+	  $(CONFIGURE_INSTRUMENTED) -B $$folder -DDUAL_PROXY_SANITIZE=$$checks; \
 	  $(BIN)/cmake --build $$folder -j $(JOBS); \
 	  $(BIN)/ctest --test-dir $$folder --output-on-failure -j $(JOBS) -LE install; \
 	done
+
+SECONDS ?= 60
+# Of `undefined` what costs little: checks of each pointer, of which Eigen has many,
+# make a fuzzer ten times slower. `make sanitize` has all.
+FUZZ_CHECKS := address,bool,bounds,enum,float-cast-overflow,fuzzer-no-link
+FUZZ_CHECKS := $(FUZZ_CHECKS),integer-divide-by-zero,return,shift
+FUZZ_CHECKS := $(FUZZ_CHECKS),signed-integer-overflow,unreachable
+
+fuzz: build  ## Look for inputs that break something, SECONDS for each kind
+	cmake/install_debian_packages fuzz
+	@$(CONFIGURE_INSTRUMENTED) -B build/fuzz -DCMAKE_CXX_COMPILER=clang++-19 \
+	  -DCMAKE_CXX_FLAGS_DEBUG=-O2 \
+	  -DDUAL_PROXY_SANITIZE=$(FUZZ_CHECKS)
+	$(BIN)/cmake --build build/fuzz -j $(JOBS) --target fuzzers
+	$(BIN)/python tests/fuzz/run_fuzzers.py build/fuzz --seconds $(SECONDS)
 
 bench-filter-speed: build  ## Time the particle filter, beside a textbook's
 	$(BIN)/python benchmarks/filter_speed.py --page docs/benchmarks.md

@@ -7,8 +7,11 @@
 namespace dual_proxy {
 namespace {
 
-std::string Repr(const py::handle& value) {
-  return py::repr(value).cast<std::string>();
+// A key as it is written, if it is a name, else as Python shows it.
+std::string KeyText(const py::handle& key) {
+  const bool is_name =
+      py::isinstance<py::str>(key) && key.attr("isprintable")().cast<bool>();
+  return is_name ? key.cast<std::string>() : Show(key);
 }
 
 [[noreturn]] void ThrowExpected(const std::string& path,
@@ -16,7 +19,7 @@ std::string Repr(const py::handle& value) {
                                 const py::handle& value) {
   const char* found = py::isinstance<py::dict>(value) ? "has no parts, " : "";
   throw ScenarioError(path + ": " + found + "expected " + expected + ", got " +
-                      Repr(value));
+                      Show(value));
 }
 
 template <typename Integer>
@@ -33,11 +36,17 @@ void ReadInteger(const py::handle& value, const std::string& path,
   }
 }
 
-// The key as written, with the first of what is below it, and so on.
-std::string FirstLeaf(const std::string& key, const py::handle& value) {
-  if (!py::isinstance<py::dict>(value) || py::len(value) == 0) return key;
-  const auto [name, inner] = *value.cast<py::dict>().begin();
-  return FirstLeaf(key + "." + py::str(name).cast<std::string>(), inner);
+// The key as written, with the first of what is below it, and so on, as far as
+// keys go; a mapping may contain itself.
+std::string FirstLeaf(std::string key, py::handle value) {
+  constexpr int kDeepest = 8;
+  for (int depth = 0; depth < kDeepest; ++depth) {
+    if (!py::isinstance<py::dict>(value) || py::len(value) == 0) break;
+    const auto [name, inner] = *value.cast<py::dict>().begin();
+    key += "." + KeyText(name);
+    value = inner;
+  }
+  return key;
 }
 
 }  // namespace
@@ -67,8 +76,9 @@ void ReadLeaf(const py::handle& value, const std::string& path,
 
 void ReadLeaf(const py::handle& value, const std::string& path,
               std::string* result) {
-  if (!py::isinstance<py::str>(value)) ThrowExpected(path, "a string", value);
-  *result = value.cast<std::string>();
+  auto text = AsText(value);
+  if (!text) ThrowExpected(path, "a string", value);
+  *result = *std::move(text);
 }
 
 void ReadNumbers(const py::handle& value, const std::string& path, int rows,
@@ -129,7 +139,7 @@ py::dict MappingReader::AsOverrides(const py::handle& value,
 void MappingReader::CheckKeys() const {
   for (const auto& [key, value] : mapping_) {
     if (known_.contains(key)) continue;
-    const std::string name = py::str(key).cast<std::string>();
+    const std::string name = KeyText(key);
     const std::string_view source = FindSource(key_ + name);
     if (!source.empty()) {
       // The path without the key of what is read: the scenario's name.
@@ -141,14 +151,14 @@ void MappingReader::CheckKeys() const {
     const py::list close = py::module_::import("difflib").attr(
         "get_close_matches")(name, known_, 1);
     throw ScenarioError(
-        path_ + ": unknown key " + Repr(py::str(name)) +
+        path_ + ": unknown key " + Show(key) +
         (close.empty()
              ? ", expected " +
                    py::str(", ").attr("join")(known_).cast<std::string>()
-             : ", did you mean " + Repr(close[0]) + "?"));
+             : ", did you mean " + Show(close[0]) + "?"));
   }
   if (!missing_.empty()) {
-    throw ScenarioError(path_ + ": missing key " + Repr(py::str(missing_)));
+    throw ScenarioError(path_ + ": missing key " + Show(py::str(missing_)));
   }
 }
 

@@ -79,6 +79,25 @@ std::optional<bool> AsBool(const py::handle& value) {
   return PyObject_IsTrue(scalar.ptr()) == 1;
 }
 
+std::string Show(const py::handle& value) {
+  constexpr int kMost = 200;
+  const py::object words = py::repr(value).attr("split")();
+  const py::str line = py::str(" ").attr("join")(words);
+  const py::object start = line[py::slice(0, kMost, 1)];
+  return start.cast<std::string>() + (py::len(line) > kMost ? "..." : "");
+}
+
+std::optional<std::string> AsText(const py::handle& value) {
+  if (!py::isinstance<py::str>(value)) return {};
+  Py_ssize_t size = 0;
+  const char* const text = PyUnicode_AsUTF8AndSize(value.ptr(), &size);
+  if (text == nullptr) {
+    PyErr_Clear();
+    return {};
+  }
+  return std::string(text, static_cast<std::size_t>(size));
+}
+
 void MarkReadOnly(const void* begin, std::size_t size) {
   ReadOnlyBlocks()[begin] = static_cast<const std::byte*>(begin) + size;
 }
@@ -116,8 +135,7 @@ py::array_t<double, py::array::forcecast> AsArray(const py::handle& value,
   if (!is_numbers) {
     PyErr_Clear();
     throw py::value_error(std::string(name) + ": expected numbers of shape " +
-                          expected + ", got " +
-                          py::repr(value).cast<std::string>());
+                          expected + ", got " + Show(value));
   }
   return array;
 }

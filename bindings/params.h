@@ -50,6 +50,10 @@ std::optional<py::int_> AsInteger(const py::handle& value);
 
 /** A bool of Python or NumPy, also as an array without dimensions. */
 std::optional<bool> AsBool(const py::handle& value);
+/** As Python shows a value, on one line and in at most 200 characters. */
+std::string Show(const py::handle& value);
+/** A string that can be written as UTF-8; half of a surrogate pair cannot. */
+std::optional<std::string> AsText(const py::handle& value);
 
 /** "(3,)" or "(3, 3)". */
 std::string FixedShape(int rows, int cols);
@@ -102,13 +106,12 @@ inline Eigen::Matrix3d NormalsOrNone(const py::handle& value) {
 @throws ValueError that names the field and lists what is allowed. */
 template <typename Enum>
 Enum EnumFromPython(const py::handle& value, const char* name) {
-  if (py::isinstance<py::str>(value)) {
-    const auto found = EnumFromString<Enum>(value.cast<std::string>());
+  if (const auto text = AsText(value)) {
+    const auto found = EnumFromString<Enum>(*text);
     if (found) return *found;
   }
   throw py::value_error("field `" + std::string(name) + "` expected " +
-                        ExpectedEnum<Enum>() + ", got " +
-                        py::repr(value).cast<std::string>());
+                        ExpectedEnum<Enum>() + ", got " + Show(value));
 }
 
 /** The names of an enum's values, in order. */
@@ -198,8 +201,7 @@ T FieldFromPython(const py::handle& value, const char* name) {
   } else if constexpr (kIsVector<T>) {
     if (!py::isinstance<py::list>(value) && !py::isinstance<py::tuple>(value)) {
       throw py::type_error("field `" + std::string(name) +
-                           "` expected a list, got " +
-                           py::repr(value).cast<std::string>());
+                           "` expected a list, got " + Show(value));
     }
     T items;
     for (const py::handle& item : value) {
@@ -223,7 +225,7 @@ T FieldFromPython(const py::handle& value, const char* name) {
       if (const auto found = AsNumber(value)) return *found;
       expected = "a number";
     } else if constexpr (std::is_same_v<T, std::string>) {
-      if (py::isinstance<py::str>(value)) return value.cast<T>();
+      if (const auto text = AsText(value)) return *text;
       expected = "a string";
     } else {
       if (py::isinstance<T>(value)) return value.cast<T>();
@@ -231,8 +233,7 @@ T FieldFromPython(const py::handle& value, const char* name) {
           py::type::of<T>().attr("__name__").template cast<std::string>();
     }
     throw py::type_error("field `" + std::string(name) + "` expected " +
-                         expected + ", got " +
-                         py::repr(value).cast<std::string>());
+                         expected + ", got " + Show(value));
   }
 }
 

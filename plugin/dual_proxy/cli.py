@@ -80,7 +80,8 @@ _SUBJECTS = {
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """One line, without the usage that argparse prints before it."""
-        self.exit(_BAD_INPUT, f"{self.prog}: error: {message}\n")
+        line = " ".join(message.split())
+        self.exit(_BAD_INPUT, f"{self.prog}: error: {line:.1500}\n")
 
 
 class _Version(argparse.Action):

@@ -125,11 +125,16 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
     Raises
     ------
     ValueError
-        If a signal is unknown, or its shape does not fit.
+        If a signal is unknown, its shape does not fit, or it does not hold
+        numbers that the log can have.
     """
-    times = np.asarray(time, dtype=np.float64)
-    if times.ndim != 1 or np.any(np.diff(times) <= 0.0):
-        raise ValueError("time: expected (n,) strictly increasing values")
+    times = _numbers("time", time, np.float64)
+    if (
+        times.ndim != 1
+        or not np.all(np.isfinite(times))
+        or np.any(np.diff(times) <= 0.0)
+    ):
+        raise ValueError("time: expected (n,) strictly increasing finite values")
     expected = signals(values)
     unknown = [name for name in values if name not in SIGNALS]
     if unknown:
@@ -137,8 +142,7 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
     columns: dict[str, NDArray[Any]] = {}
     for name in expected:
         entry = SIGNALS[name]
-        dtype = np.int32 if entry.integer else np.float64
-        array = np.asarray(values[name], dtype=dtype)
+        array = _numbers(name, values[name], np.int32 if entry.integer else np.float64)
         width = len(entry.components)
         if array.size != len(times) * width or len(array) != len(times):
             raise ValueError(
@@ -149,6 +153,21 @@ def make_frame(time: ArrayLike, values: Mapping[str, ArrayLike]) -> pd.DataFrame
         for index, column in enumerate(column_names(name)):
             columns[column] = table[:, index]
     return pd.DataFrame(columns, index=pd.Index(times, name="time"), copy=False)
+
+
+def _numbers(
+    name: str, values: ArrayLike, dtype: type[np.int32 | np.float64]
+) -> NDArray[Any]:
+    """Return an array of a type, the given one if it is that."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "biuf":
+        raise ValueError(f"{name}: expected numbers, got {array.dtype!s:.100}")
+    with np.errstate(over="ignore"):  # What is too large becomes infinite.
+        if dtype is np.int32 and array.dtype != np.int32:
+            limits = np.iinfo(np.int32)
+            if not np.all((array >= limits.min) & (array <= limits.max)):
+                raise ValueError(f"{name}: expected integers of 32 bits")
+        return array.astype(dtype, copy=False)
 
 
 def signal(frame: pd.DataFrame, name: str) -> NDArray[Any]:
@@ -246,15 +265,18 @@ def load_log(path: str | Path) -> pd.DataFrame:
         If it cannot be read.
     """
     try:
-        archive = np.load(path, allow_pickle=False)
-        if not isinstance(archive, np.lib.npyio.NpzFile):
-            raise ValueError("it holds one array")
-        with archive:
-            arrays = {name: archive[name] for name in archive.files}
+        # Opened here, as NumPy does not close what it cannot read.
+        with open(path, "rb") as file:
+            archive = np.load(file, allow_pickle=False)
+            if not isinstance(archive, np.lib.npyio.NpzFile):
+                raise ValueError("it holds one array")
+            with archive:
+                arrays = {name: archive[name] for name in archive.files}
     except OSError:
         raise
     except Exception as error:  # Whatever a damaged archive may cause.
-        raise ValueError(f"{path}: expected a log of dual_proxy: {error}") from None
+        why = " ".join(str(error).split())
+        raise ValueError(f"{path}: expected a log of dual_proxy: {why:.300}") from None
     if "time" not in arrays:
         raise ValueError(f"{path}: expected a log of dual_proxy: no array 'time'")
     time = arrays.pop("time")

@@ -122,8 +122,13 @@ class Scenario(_core.Scenario):
         ScenarioError
             One line: the dotted field, what was expected, what was found.
         """
+        if not (isinstance(name, str) and 0 < len(name) <= 100 and name.isprintable()):
+            raise ScenarioError(
+                f"a scenario's name: expected 1 to 100 printable characters, got "
+                f"{name!r:.200}"
+            )
         if not isinstance(mapping, Mapping):
-            raise ScenarioError(f"{name}: expected a mapping, got {mapping!r}")
+            raise ScenarioError(f"{name}: expected a mapping, got {mapping!r:.200}")
         scenario = cls(name=name)
         scenario._read(dict(mapping))
         plain = cls(name=name)

@@ -15,8 +15,35 @@ from dual_proxy._core import ScenarioError
 __all__ = ["ScenarioError", "parse_yaml", "read_text"]
 
 
+#: Values that a document may have, each counted where an alias repeats it.
+_MOST_VALUES = 100_000
+
+
 class _Loader(yaml.SafeLoader):
-    """Safe YAML in which 1e-3 is a number and a repeated key is an error."""
+    """Safe YAML in which 1e-3 is a number and a repeated key is an error.
+
+    What an alias stands for is neither endless nor, written out, enormous.
+    """
+
+    def get_single_node(self) -> yaml.Node | None:
+        node = super().get_single_node()
+        if node is not None:
+            _count_values(node, {})
+        return node
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        try:
+            value = super().construct_object(node, deep)
+            if isinstance(value, str):
+                value.encode()
+        # Whatever Python's own constructors make of a text.
+        except (ArithmeticError, AttributeError, LookupError, ValueError):
+            kind = node.tag.rpartition(":")[2]
+            text = f" {node.value!r:.60}" if isinstance(node.value, str) else ""
+            raise yaml.constructor.ConstructorError(
+                None, None, f"no valid {kind}:{text}", node.start_mark
+            ) from None
+        return value
 
     def construct_mapping(
         self, node: yaml.MappingNode, deep: bool = False
@@ -36,11 +63,39 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
+def _count_values(node: yaml.Node, counts: dict[yaml.Node, int]) -> int:
+    """Return of how many values a node is, written out; 0 while it is counted."""
+    if node in counts:
+        if counts[node] == 0:
+            raise yaml.composer.ComposerError(
+                None, None, "a value that contains itself", node.start_mark
+            )
+        return counts[node]
+    counts[node] = 0
+    total = 1
+    if isinstance(node, yaml.SequenceNode):
+        total += sum(_count_values(item, counts) for item in node.value)
+    elif isinstance(node, yaml.MappingNode):
+        total += sum(_count_values(x, counts) for pair in node.value for x in pair)
+    if total > _MOST_VALUES:
+        raise yaml.composer.ComposerError(
+            None, None, f"more than {_MOST_VALUES} values", node.start_mark
+        )
+    counts[node] = total
+    return total
+
+
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float",
     re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
     list("-+.0123456789"),
 )
+
+
+def _line(error: object) -> str:
+    """Return what an error says, on one line of a length that people read."""
+    text = " ".join(str(error).split())
+    return text if len(text) <= 300 else f"{text[:300]}..."
 
 
 def parse_yaml(text: str, source: str) -> Any:
@@ -49,16 +104,18 @@ def parse_yaml(text: str, source: str) -> Any:
     Raises
     ------
     ScenarioError
-        If the text is not valid YAML or repeats a key.
+        If the text is not valid YAML, repeats a key, or is too much.
     """
     try:
         return yaml.load(text, Loader=_Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = f", line {mark.line + 1}" if mark else ""
-        raise ScenarioError(f"{source}{where}: {error.problem}") from None
+        raise ScenarioError(f"{source}{where}: {_line(error.problem)}") from None
     except yaml.YAMLError as error:
-        raise ScenarioError(f"{source}: {' '.join(str(error).split())}") from None
+        raise ScenarioError(f"{source}: {_line(error)}") from None
+    except RecursionError:
+        raise ScenarioError(f"{source}: lists or mappings nested too deeply") from None
 
 
 def read_text(path: Path) -> str:
@@ -69,3 +126,5 @@ def read_text(path: Path) -> str:
         raise ScenarioError(f"{path}: {error.strerror}") from None
     except UnicodeDecodeError:
         raise ScenarioError(f"{path}: expected UTF-8 text") from None
+    except ValueError as error:  # No file has such a name.
+        raise ScenarioError(f"{str(path)!r}: {error}") from None

@@ -22,6 +22,7 @@
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/experiment/csv.h"
+#include "dual_proxy/experiment/line_text.h"
 #include "dual_proxy/experiment/number_text.h"
 #include "dual_proxy/experiment/quantile.h"
 
@@ -53,7 +54,7 @@ constexpr double kQuaternionTolerance = 1e-2;
 constexpr double kContactShare = 0.01;
 /** Samples per second of the moves into and out of a recording. */
 constexpr int kMoveRate = 100;
-constexpr std::size_t kMaxShown = 60;  // Bytes of a line in a message.
+constexpr std::size_t kMaxShown = 60;  // Bytes of a text in a message.
 constexpr std::string_view kSpaces = " \t\n\r\f\v";
 
 const Row kNeeded = {"t", "px", "py", "pz"};
@@ -78,8 +79,10 @@ std::string_view Trim(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kSpaces) + 1 - first);
 }
 
-/** In quotes, on one line, as Python shows a string. */
-std::string Quote(std::string_view text) {
+/** In quotes, on one line, as Python shows a string; of a long one the start.
+ */
+std::string Quote(std::string_view whole) {
+  const std::string_view text = StartOf(whole, kMaxShown);
   const bool apostrophe = text.find('\'') != std::string_view::npos &&
                           text.find('"') == std::string_view::npos;
   const char mark = apostrophe ? '"' : '\'';
@@ -102,7 +105,8 @@ std::string Quote(std::string_view text) {
       quoted += c;
     }
   }
-  return quoted + mark;
+  quoted += mark;
+  return text.size() < whole.size() ? quoted + "..." : quoted;
 }
 
 std::string ReadFile(const std::string& path) {
@@ -209,8 +213,7 @@ std::string DescribeNoHeader(std::string_view line) {
     separator = ' ';
     separated = "spaces";
   }
-  std::string found = Quote(line.substr(0, kMaxShown));
-  if (line.size() > kMaxShown) found += "...";
+  std::string found = Quote(line);
   if (separator != ',') found.append(", separated by ").append(separated);
 
   const Row fields = Split(line, separator);
@@ -344,8 +347,7 @@ Table ReadTable(const std::string& path, std::string_view text) {
       const double value = ParseNumber(field);
       if (!std::isfinite(value)) {
         Throw(path, ", row ", number, ", column ", Quote(table.columns[k]),
-              ": expected a finite number, got ",
-              Quote(std::string_view(field).substr(0, kMaxShown)));
+              ": expected a finite number, got ", Quote(field));
       }
       table.values.push_back(value);
     }
@@ -555,7 +557,7 @@ std::string DescribePlaced(const Recording& recording, double shrinking) {
   note << (recording.follow_rotations ? "; orientation followed"
                                       : "; orientation not followed");
   if (!recording.ignored.empty()) {
-    note << ", ignored: " << Join(recording.ignored);
+    note << ", ignored: " << LineText(Join(recording.ignored), 200);
   }
   return note.str();
 }

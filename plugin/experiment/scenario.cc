@@ -261,10 +261,12 @@ void Scenario::Distribute() {
         &gripper.period, &device.period, &sensor.period}) {
     *period = control_period;
   }
-  // As few steps of one length as scene.time_step allows.
+  // As few steps of one length as scene.time_step allows; values that will be
+  // refused may ask for any number.
+  const double steps =
+      std::ceil(control_period / scene.time_step * (1 - 1e-12));
   point_mass.substeps =
-      std::max(1, static_cast<int>(std::ceil(control_period / scene.time_step *
-                                             (1 - 1e-12))));
+      steps >= 1 && steps <= 1e6 ? static_cast<int>(steps) : 1;
 }
 
 void Scenario::Validate() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
 
 namespace dual_proxy {
 
@@ -10,7 +11,9 @@ what was expected, what was found, e.g.
 "plane.link.delay: expected a number in [0, 10], got 10.5". */
 class ScenarioError : public std::invalid_argument {
  public:
-  using std::invalid_argument::invalid_argument;
+  /** @param text  whose control characters become spaces, and of which the
+  rest is left out where it is very long. */
+  explicit ScenarioError(const std::string& text);
 };
 
 }  // namespace dual_proxy

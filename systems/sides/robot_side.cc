@@ -152,7 +152,8 @@ void RobotSideParams<Robot>::Validate() const {
   }
   const Eigen::Vector3d scan =
       2 * std::numbers::pi * planner.scan_frequency * planner.scan_amplitude;
-  if (scan.cwiseAbs().maxCoeff() > proxy.limiter.max_velocity) {
+  const bool scans = !planner.active.empty();
+  if (scans && scan.cwiseAbs().maxCoeff() > proxy.limiter.max_velocity) {
     ThrowInvalidField(who, "planner.scan_frequency",
                       "a scan no faster than proxy.limiter.max_velocity",
                       planner.scan_frequency);

@@ -98,6 +98,7 @@ TEST_P(EverySchemeTest, RefusesAndCountsWhatIsNotValid) {
     ASSERT_TRUE(robot.force_selection.allFinite());
     ASSERT_TRUE(pair.haptic().setpoint.reference_force.allFinite());
     ASSERT_TRUE(pair.haptic().setpoint.force_selection.allFinite());
+    ASSERT_TRUE(pair.haptic().proxy_pose.p.allFinite());
   }
   // By whichever part refuses it first.
   EXPECT_GE(pair.robot().bad_inputs + pair.robot().sender_bad_inputs, 100);

@@ -317,6 +317,9 @@ TEST_F(RobotSideTest, ParamsAreCheckedTogether) {
             "expected at least the control period, got 0.0001");
   params = {};
   params.planner.scan_amplitude.y() = 0.1;
+  EXPECT_EQ(ValidationError(params), "no exception");
+  params.planner.active = {{1, 2}};
+  params.planner.directions = {{0, 0, 1}};
   EXPECT_EQ(ValidationError(params),
             "RobotSideParams: field `planner.scan_frequency` expected a scan "
             "no faster than proxy.limiter.max_velocity, got 0.5");
