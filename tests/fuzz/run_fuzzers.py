@@ -31,6 +31,7 @@ def fuzz(program: Path, target: str, out: Path, seconds: int, seed: int) -> list
         "max_total_time": seconds,
         "seed": seed,
         "max_len": 4000,
+        "len_control": 0,
         "timeout": 20,
         "rss_limit_mb": 2000,
         "malloc_limit_mb": 500,
