@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "dual_proxy/common/rotation.h"
 #include "dual_proxy/common/validate.h"
@@ -46,8 +47,12 @@ constexpr double kMetAngularSpeed = 0.1;
 
 TrajectoryLimiterParams CatchUpLimits(const RobotSideProxyParams& params) {
   TrajectoryLimiterParams limits = params.limiter;
-  limits.max_acceleration *= params.catch_up_share;
-  limits.max_angular_acceleration *= params.catch_up_share;
+  for (double* limit :
+       {&limits.max_acceleration, &limits.max_angular_acceleration}) {
+    // Above zero, however small.
+    *limit = std::max(*limit * params.catch_up_share,
+                      std::numeric_limits<double>::min());
+  }
   return limits;
 }
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/sides/reference_blend.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "dual_proxy/common/possible.h"
 #include "dual_proxy/proxy/directions_apart.h"
 #include "dual_proxy/proxy/vector_rate_limiter.h"
@@ -32,7 +35,10 @@ const RobotSideProxyParams& Validated(const RobotSideProxyParams& params) {
 
 TrajectoryLimiterParams CatchUpLimits(const RobotSideProxyParams& params) {
   TrajectoryLimiterParams limits = params.limiter;
-  limits.max_acceleration *= params.catch_up_share;
+  // Above zero, however small.
+  limits.max_acceleration =
+      std::max(limits.max_acceleration * params.catch_up_share,
+               std::numeric_limits<double>::min());
   return limits;
 }
 

@@ -248,8 +248,9 @@ void RunFirstPeriods(const Scenario& scenario) {
       (kTestArmAtRest.array() > limits.upper.array()).any()) {
     return;
   }
-  Advance(MakeArmEngine(scenario, MakeTestArm(), kTestArmAtRest, duration),
-          scenario);
+  ArmModelParams<7> arm = MakeTestArm();
+  arm.mass(6) += scenario.scene.tool_mass;
+  Advance(MakeArmEngine(scenario, arm, kTestArmAtRest, duration), scenario);
 }
 
 void Check(Scenario scenario) {
