@@ -31,12 +31,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from dual_proxy import _core
 from dual_proxy._core import LinkParams, OperatorParams, ScenarioError, Waypoint
-from dual_proxy.settings import parse_yaml, read_text
+from dual_proxy.settings import dump_yaml, parse_yaml, read_text
 
 __all__ = [
     "LAWS",
@@ -186,13 +185,7 @@ class Scenario(_core.Scenario):
 
     def to_yaml(self) -> str:
         """Return the scenario with every value, as `load_scenario` reads it."""
-        return yaml.safe_dump(
-            {self.name: self.to_mapping()},
-            sort_keys=False,
-            default_flow_style=None,
-            width=88,
-            allow_unicode=True,
-        )
+        return dump_yaml({self.name: self.to_mapping()})
 
     def operator_motion(self) -> OperatorMotion:
         """Return the operator's intended path.
@@ -222,9 +215,10 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
     path = Path(name_or_path)
     if path.suffix not in (".yaml", ".yml") and len(path.parts) == 1:
         path = _scenario_directory() / f"{text}.yaml"
-        if not path.is_file():
+        available = list_scenarios()
+        if text not in available:
             raise ScenarioError(
-                f"unknown scenario {text!r}, available: {', '.join(list_scenarios())}"
+                f"unknown scenario {text!r:.100}, available: {', '.join(available)}"
                 " (or the path of a .yaml file)"
             )
     document = parse_yaml(read_text(path), str(path))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""YAML text as plain mappings, strictly, with one-line errors."""
+"""YAML text as plain mappings and back, strictly, with one-line errors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import yaml
 
 from dual_proxy._core import ScenarioError
 
-__all__ = ["ScenarioError", "parse_yaml", "read_text"]
+__all__ = ["ScenarioError", "dump_yaml", "parse_yaml", "read_text"]
 
 
 #: Values that a document may have, each counted where an alias repeats it.
@@ -116,6 +116,32 @@ def parse_yaml(text: str, source: str) -> Any:
         raise ScenarioError(f"{source}: {_line(error)}") from None
     except RecursionError:
         raise ScenarioError(f"{source}: lists or mappings nested too deeply") from None
+
+
+class _Dumper(yaml.SafeDumper):
+    """Safe YAML whose strings come back as they are."""
+
+
+def _represent_text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
+    # PyYAML writes these as line ends, which a reader folds.
+    style = '"' if any(mark in text for mark in "\x85\u2028\u2029") else None
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style)
+
+
+_Dumper.add_representer(str, _represent_text)
+
+
+def dump_yaml(document: Any) -> str:
+    """Return plain data as the text that `parse_yaml` reads."""
+    text: str = yaml.dump(
+        document,
+        Dumper=_Dumper,
+        sort_keys=False,
+        default_flow_style=None,
+        width=88,
+        allow_unicode=True,
+    )
+    return text
 
 
 def read_text(path: Path) -> str:
