@@ -95,7 +95,7 @@ sanitize: $(READY)  ## Run the C++ tests under address, undefined and thread san
 
 SECONDS ?= 60
 # Of `undefined` what costs little: checks of each pointer, of which Eigen has many,
-# make a fuzzer ten times slower. `make sanitize` has all.
+# make a fuzzer fifteen times slower. `make sanitize` has all.
 FUZZ_CHECKS := address,bool,bounds,enum,float-cast-overflow,fuzzer-no-link
 FUZZ_CHECKS := $(FUZZ_CHECKS),integer-divide-by-zero,return,shift
 FUZZ_CHECKS := $(FUZZ_CHECKS),signed-integer-overflow,unreachable
