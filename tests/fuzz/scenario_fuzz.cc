@@ -261,7 +261,7 @@ void Check(Scenario scenario) {
     scenario.Validate();
     Require(Print(scenario) == values, "a second check changes nothing");
     const double duration = scenario.CalcRunDuration();
-    Require(duration > 0 && duration < 4000, "a duration");
+    Require(duration > 0 && duration < 2e5, "a duration");
     Require(OperatorPath(CalcHandlePath(scenario))
                 .Calc(duration / 2)
                 .position.allFinite(),
