@@ -34,6 +34,9 @@ ForceLoopParams MakeForceLoopParams(
 
 namespace {
 
+// s: in which joints slow down when there is nothing to go by.
+constexpr double kBrakeTime = 0.05;
+
 template <int kJoints>
 ForceLoopParams MakeMomentLoopParams(
     const OperationalSpaceControllerParams<kJoints>& params) {
@@ -291,13 +294,17 @@ JointVector<kJoints> OperationalSpaceController<kJoints>::Send(
 
 template <int kJoints>
 OperationalSpaceControllerOutput<kJoints>
-OperationalSpaceController<kJoints>::Refuse(const ModelTerms<kJoints>& model,
+OperationalSpaceController<kJoints>::Refuse(const Input& input,
                                             State* state) const noexcept {
   ++state->bad_inputs;
   Output output;
-  output.torque = IsFinite(model)
-                      ? Send(-model.gravity, model.gravity, false, state)
-                      : state->torque;
+  output.torque = state->torque;
+  // Once there was a model.
+  if (!state->mass.isZero(0)) {
+    Joints torque = -state->gravity;
+    if (input.v.allFinite()) torque -= state->mass * input.v / kBrakeTime;
+    output.torque = Send(torque, state->gravity, true, state);
+  }
   output.observed_energy = state->force.passivity.energy;
   output.observed_moment_energy = state->moment.passivity.energy;
   return output;
@@ -308,10 +315,13 @@ OperationalSpaceControllerOutput<kJoints>
 OperationalSpaceController<kJoints>::Update(const Input& input,
                                             State* state) const noexcept {
   const ModelTerms<kJoints>& model = input.model;
-  if (!IsFinite(model) || !IsValid(input)) return Refuse(model, state);
+  if (!IsFinite(model)) return Refuse(input, state);
   const OperationalSpaceInertia inertia = CalcOperationalSpaceInertia(
       model.J_BE, model.mass, params_.max_mass, params_.characteristic_length);
-  if (!inertia.valid) return Refuse(model, state);
+  if (!inertia.valid) return Refuse(input, state);
+  state->mass = model.mass;
+  state->gravity = model.gravity;
+  if (!IsValid(input)) return Refuse(input, state);
   if (inertia.singular) ++state->singular;
   const Matrix6& Lambda = inertia.Lambda;
 
@@ -389,7 +399,7 @@ OperationalSpaceController<kJoints>::Update(const Input& input,
   Joints torque = net + model.bias - model.gravity;
   const bool near_limits = joint_limits_.IsNear(input.q, input.v);
   if (near_limits) torque += CalcLimiting(input, net, state);
-  if (!torque.allFinite()) return Refuse(model, state);
+  if (!torque.allFinite()) return Refuse(input, state);
   // What limits a joint has the others make up for it: all or none of it.
   output.torque = Send(torque, model.gravity, near_limits, state);
 

@@ -326,6 +326,9 @@ struct OperationalSpaceControllerState {
   FrictionFeedbackState friction;
   /** Sent last, N m. */
   JointVector<kJoints> torque{JointVector<kJoints>::Zero()};
+  /** Of the last model that was one: kg m^2, N m. */
+  JointMatrix<kJoints> mass{JointMatrix<kJoints>::Zero()};
+  JointVector<kJoints> gravity{JointVector<kJoints>::Zero()};
   bool initialized{false};         ///< A torque was sent.
   std::int64_t bad_inputs{0};      ///< Cycles refused.
   std::int64_t singular{0};        ///< Cycles in which Lambda was bounded.
@@ -369,10 +372,11 @@ torque_limit, and last of all in its rate, relative to the torque sent last,
 both with torque_margin; the first cycle starts at the gravity compensation.
 
 Refused cycles: if an input is not finite, a selection is not a projection or
-the mass matrix is not positive definite, the torque goes to the gravity
-compensation -g at the rate limit (if the model terms are not usable, it stays
-as sent last; zero before the first cycle), motion and contact forces are zero,
-the controller's memory rests, and state.bad_inputs counts it.
+the mass matrix is not positive definite, the torque goes, at the rate limit, to
+the gravity compensation -g and what brakes the joints within 50 ms, as far as
+their speeds are known: by the last model that was usable (zero before the first
+one). Motion and contact forces are zero, the controller's memory rests, and
+state.bad_inputs counts it.
 
 Update() neither allocates nor throws. */
 template <int kJoints>
@@ -408,7 +412,8 @@ class OperationalSpaceController {
   may. */
   Joints Send(const Joints& torque, const Joints& gravity, bool together,
               State* state) const noexcept;
-  Output Refuse(const ModelTerms<kJoints>& model, State* state) const noexcept;
+  /** Brakes the joints, as far as it knows of them, and holds their weight. */
+  Output Refuse(const Input& input, State* state) const noexcept;
 
   Params params_;
   CartesianImpedanceParams gains_;  // Of the motion law in use.

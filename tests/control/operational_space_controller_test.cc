@@ -488,14 +488,14 @@ TEST_F(OperationalSpaceControllerTest, RandomSweepStaysFinite) {
   EXPECT_GT(state.singular, 0);
 }
 
-TEST_F(OperationalSpaceControllerTest, BadInputGoesToGravityCompensation) {
+TEST_F(OperationalSpaceControllerTest, BadInputBrakesAndHoldsTheWeight) {
   params_.torque_rate_limit = 1000;
   const OperationalSpaceController<7> dut(params_);
   OperationalSpaceControllerState<7> state = dut.MakeState();
   OperationalSpaceControllerInput<7> input = RandomInput();
   input.motion_error = Vector3d(0.01, 0, 0);
   for (int i = 0; i < 30; ++i) dut.Update(input, &state);
-  const Vector7 held = -input.model.gravity;
+  const Vector7 held = -input.model.gravity - input.model.mass * input.v / 0.05;
   EXPECT_GT((state.torque - held).norm(), 1);
   input.motion_error.x() = kNan;
   Vector7 last = state.torque;
@@ -509,16 +509,24 @@ TEST_F(OperationalSpaceControllerTest, BadInputGoesToGravityCompensation) {
   EXPECT_EQ(state.bad_inputs, 1000);
 }
 
-TEST_F(OperationalSpaceControllerTest, BadModelHoldsTheTorque) {
+// What accelerated the arm before would go on doing so.
+TEST_F(OperationalSpaceControllerTest, WithoutAModelTheLastOneBrakes) {
   const OperationalSpaceController<7> dut(params_);
   OperationalSpaceControllerState<7> state = dut.MakeState();
   OperationalSpaceControllerInput<7> input = RandomInput();
   OperationalSpaceControllerInput<7> bad = input;
   bad.model.mass(2, 3) = kNan;
   EXPECT_EQ(dut.Update(bad, &state).torque, Vector7::Zero());
-  const Vector7 sent = dut.Update(input, &state).torque;
-  EXPECT_EQ(dut.Update(bad, &state).torque, sent);
-  EXPECT_EQ(state.bad_inputs, 2);
+  dut.Update(input, &state);
+  bad.v *= 0.5;
+  Vector7 torque = Vector7::Zero();
+  for (int i = 0; i < 1000; ++i) torque = dut.Update(bad, &state).torque;
+  const Vector7 brake = -input.model.mass * bad.v / 0.05;
+  EXPECT_TRUE(torque.isApprox(brake - input.model.gravity, 1e-12));
+  bad.v(0) = kNan;
+  for (int i = 0; i < 1000; ++i) torque = dut.Update(bad, &state).torque;
+  EXPECT_TRUE(torque.isApprox(-input.model.gravity, 1e-12));
+  EXPECT_EQ(state.bad_inputs, 2001);
 }
 
 // Every input is looked at, and a selection that is no projection is refused.
