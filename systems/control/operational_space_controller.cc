@@ -237,6 +237,7 @@ OperationalSpaceController<kJoints>::MakeState() const noexcept {
 template <int kJoints>
 JointVector<kJoints> OperationalSpaceController<kJoints>::CalcLimiting(
     const Input& input, const Joints& net, State* state) const noexcept {
+  if (!joint_limits_.IsNear(input.q, input.v)) return Joints::Zero();
   JointMatrix<kJoints> L = input.model.mass;
   if (!FactorInPlace(&L)) return Joints::Zero();
   Joints asked = net;
@@ -396,12 +397,11 @@ OperationalSpaceController<kJoints>::Update(const Input& input,
       Lambda * (acceleration - model.Jdot_v - model.J_BE * posture) +
       spring_wrench + contact_wrench;
   const Joints net = model.J_BE.transpose() * wrench + model.mass * posture;
-  Joints torque = net + model.bias - model.gravity;
-  const bool near_limits = joint_limits_.IsNear(input.q, input.v);
-  if (near_limits) torque += CalcLimiting(input, net, state);
+  const Joints limiting = CalcLimiting(input, net, state);
+  const Joints torque = net + model.bias - model.gravity + limiting;
   if (!torque.allFinite()) return Refuse(input, state);
   // What limits a joint has the others make up for it: all or none of it.
-  output.torque = Send(torque, model.gravity, near_limits, state);
+  output.torque = Send(torque, model.gravity, !limiting.isZero(0), state);
 
   const Vector6 motion_wrench = Lambda * acceleration + spring_wrench;
   const bool unit_mass = params_.unit_mass_motion_force && !impedance;

@@ -401,8 +401,7 @@ class OperationalSpaceController {
  private:
   using Joints = JointVector<kJoints>;
 
-  /** The torque that is to be added so that no joint passes its limits, to
-  which one is near.
+  /** The torque that is to be added so that no joint passes its limits.
   @param net  N m: what accelerates the arm. */
   Joints CalcLimiting(const Input& input, const Joints& net,
                       State* state) const noexcept;
