@@ -269,8 +269,7 @@ JointVector<kJoints> OperationalSpaceController<kJoints>::CalcLimiting(
 
 template <int kJoints>
 JointVector<kJoints> OperationalSpaceController<kJoints>::Send(
-    const Joints& torque, const Joints& gravity, bool together,
-    State* state) const noexcept {
+    const Joints& torque, const Joints& gravity, State* state) const noexcept {
   const double usable = 1 - params_.torque_margin;
   const Joints limit = usable * params_.torque_limit;
   const Joints limited = torque.cwiseMax(-limit).cwiseMin(limit);
@@ -279,15 +278,10 @@ JointVector<kJoints> OperationalSpaceController<kJoints>::Send(
     state->initialized = true;
     state->torque = (-gravity).cwiseMax(-limit).cwiseMin(limit);
   }
-  const double most = usable * params_.torque_rate_limit * params_.period;
-  const Joints change = limited - state->torque;
-  const double largest = change.cwiseAbs().maxCoeff();
-  const Joints step = Joints::Constant(most);
-  Joints sent =
+  const Joints step =
+      Joints::Constant(usable * params_.torque_rate_limit * params_.period);
+  const Joints sent =
       limited.cwiseMax(state->torque - step).cwiseMin(state->torque + step);
-  if (together && largest > most) {
-    sent = state->torque + most / largest * change;
-  }
   if (sent != limited) ++state->rate_limited;
   state->torque = sent;
   return sent;
@@ -304,7 +298,7 @@ OperationalSpaceController<kJoints>::Refuse(const Input& input,
   if (!state->mass.isZero(0)) {
     Joints torque = -state->gravity;
     if (input.v.allFinite()) torque -= state->mass * input.v / kBrakeTime;
-    output.torque = Send(torque, state->gravity, true, state);
+    output.torque = Send(torque, state->gravity, state);
   }
   output.observed_energy = state->force.passivity.energy;
   output.observed_moment_energy = state->moment.passivity.energy;
@@ -397,11 +391,10 @@ OperationalSpaceController<kJoints>::Update(const Input& input,
       Lambda * (acceleration - model.Jdot_v - model.J_BE * posture) +
       spring_wrench + contact_wrench;
   const Joints net = model.J_BE.transpose() * wrench + model.mass * posture;
-  const Joints limiting = CalcLimiting(input, net, state);
-  const Joints torque = net + model.bias - model.gravity + limiting;
+  const Joints torque =
+      net + model.bias - model.gravity + CalcLimiting(input, net, state);
   if (!torque.allFinite()) return Refuse(input, state);
-  // What limits a joint has the others make up for it: all or none of it.
-  output.torque = Send(torque, model.gravity, !limiting.isZero(0), state);
+  output.torque = Send(torque, model.gravity, state);
 
   const Vector6 motion_wrench = Lambda * acceleration + spring_wrench;
   const bool unit_mass = params_.unit_mass_motion_force && !impedance;

@@ -405,11 +405,8 @@ class OperationalSpaceController {
   @param net  N m: what accelerates the arm. */
   Joints CalcLimiting(const Input& input, const Joints& net,
                       State* state) const noexcept;
-  /** Limits `torque` in size and rate, and remembers it as sent.
-  @param together  whether all change by the same share of what they should:
-  what holds a joint back is made up for by the others. Else each by what it
-  may. */
-  Joints Send(const Joints& torque, const Joints& gravity, bool together,
+  /** Limits `torque` in size and rate, and remembers it as sent. */
+  Joints Send(const Joints& torque, const Joints& gravity,
               State* state) const noexcept;
   /** Brakes the joints, as far as it knows of them, and holds their weight. */
   Output Refuse(const Input& input, State* state) const noexcept;
