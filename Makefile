@@ -6,6 +6,8 @@ BIN := $(VENV)/bin
 JOBS ?= 2
 CPP_FILES = $(shell git ls-files '*.h' '*.cc')
 READY := $(VENV)/.ready
+# Of `dual-proxy bench`; `peer` needs the extra `bench`.
+SUBJECTS := engine control link plant cycle savings filter
 
 .PHONY: demo test build lint format stubs figures bench bench-filter-speed stress \
   sanitize fuzz clean
@@ -64,17 +66,16 @@ figures: build  ## Print the tables of README and docs, draw the README's pictur
 	$(BIN)/dual-proxy reproduce --engine bare --page docs/reproduction.md
 	$(BIN)/python benchmarks/law.py --page docs/notes_on_the_paper.md
 	$(BIN)/python benchmarks/loop_cost.py --page docs/benchmarks.md
-	for subject in engine control link plant cycle savings; do \
+	for subject in $(SUBJECTS); do \
 	  $(BIN)/dual-proxy bench $$subject --page docs/benchmarks.md || exit; done
-	$(BIN)/dual-proxy bench filter --page docs/benchmarks.md
 	$(BIN)/python benchmarks/filter_rates.py --page docs/benchmarks.md
 	$(BIN)/python benchmarks/filter_choices.py --page docs/filter.md
 
-bench: build  ## Run time against error: all of `dual-proxy bench`, some 15 minutes
-	for subject in engine control link plant cycle savings filter; do \
+bench: build  ## Run time against error: all of `dual-proxy bench` but `peer`
+	for subject in $(SUBJECTS); do \
 	  $(BIN)/dual-proxy bench $$subject || exit; done
 
-stress: build  ## 3000 hard runs, a day, maps of stability: some 25 minutes
+stress: build  ## 3000 hard runs, a day, maps of stability
 	$(BIN)/dual-proxy stress
 
 # Without Drake and Python, whose binaries are not instrumented.

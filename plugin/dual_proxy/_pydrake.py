@@ -11,6 +11,8 @@ import importlib
 import io
 import re
 
+from dual_proxy.text import one_line
+
 # What the pydrake wheel takes from its system, and Debian's packages of it.
 _PACKAGES = {
     "libglib-2.0.so.0": "libglib2.0-0",
@@ -24,7 +26,7 @@ def _explain(error: ImportError) -> str:
         return f"{error.msg} (pip install drake)"
     missing = re.match(r"(\S+): cannot open shared object file", error.msg)
     if missing is None:
-        return " ".join(error.msg.split())
+        return one_line(error.msg)
     package = _PACKAGES.get(missing[1])
     hint = f" (Debian: apt install {package})" if package else ""
     return f"the shared library {missing[1]} is missing{hint}"

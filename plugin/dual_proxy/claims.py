@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from dual_proxy._core import Claim
 from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
 from dual_proxy.scenario import Scenario
+from dual_proxy.text import one_line
 
 __all__ = [
     "Verdict",
@@ -84,7 +85,7 @@ def statement(claim: Claim) -> str:
     if not claim.paper:
         return "aim of this project"
     text = f"{claim.paper} ({claim.source})" if claim.source else claim.paper
-    return " ".join(text.split())
+    return one_line(text)
 
 
 def limit_text(claim: Claim) -> str:

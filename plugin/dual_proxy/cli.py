@@ -45,6 +45,7 @@ from dual_proxy.scenario import (
     load_scenario,
 )
 from dual_proxy.settings import parse_yaml
+from dual_proxy.text import one_line
 
 __all__ = ["main"]
 
@@ -80,8 +81,7 @@ _SUBJECTS = {
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """One line, without the usage that argparse prints before it."""
-        line = " ".join(message.split())
-        self.exit(_BAD_INPUT, f"{self.prog}: error: {line:.1500}\n")
+        self.exit(_BAD_INPUT, f"{self.prog}: error: {one_line(message, 1500)}\n")
 
 
 class _Version(argparse.Action):
@@ -228,7 +228,7 @@ def _fail(message: str, status: int) -> int:
 
 def _describe(error: BaseException) -> str:
     """What an error says, in one line."""
-    text = " ".join(str(error).split())
+    text = one_line(error)
     if isinstance(error, OSError) and error.strerror:
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror}"

@@ -22,6 +22,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from dual_proxy import _core
+from dual_proxy.text import one_line
 
 __all__ = [
     "SIGNALS",
@@ -275,8 +276,8 @@ def load_log(path: str | Path) -> pd.DataFrame:
     except OSError:
         raise
     except Exception as error:  # Whatever a damaged archive may cause.
-        why = " ".join(str(error).split())
-        raise ValueError(f"{path}: expected a log of dual_proxy: {why:.300}") from None
+        why = one_line(error, 300)
+        raise ValueError(f"{path}: expected a log of dual_proxy: {why}") from None
     if "time" not in arrays:
         raise ValueError(f"{path}: expected a log of dual_proxy: no array 'time'")
     time = arrays.pop("time")

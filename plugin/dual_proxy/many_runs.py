@@ -39,6 +39,7 @@ from dual_proxy.metrics import device_in_robot_frame, normal_error_deg
 from dual_proxy.run import Run, RunError, find_fault, run
 from dual_proxy.run_folder import hold_folder
 from dual_proxy.scenario import Scenario, ScenarioError
+from dual_proxy.text import one_line
 from dual_proxy.watch import watch
 
 __all__ = ["Job", "Result", "RunsFolder", "count_workers", "run_many"]
@@ -425,7 +426,7 @@ class _Cluster:
         try:
             self._client = distributed.Client(address, timeout=10)
         except (OSError, ValueError) as error:
-            raise ScenarioError(f"cluster {address}: {_one_line(error)}") from None
+            raise ScenarioError(f"cluster {address}: {one_line(error)}") from None
         self._as_completed = distributed.as_completed
 
     def __enter__(self) -> _Cluster:
@@ -444,7 +445,7 @@ class _Cluster:
             try:
                 done: _Done = future.result()
             except Exception as error:
-                text = f"the cluster: {type(error).__name__}: {_one_line(error)}"
+                text = f"the cluster: {type(error).__name__}: {one_line(error)}"
                 done = (Result(None, text, _RUN_FAILED), {}, 0.0)
             yield futures.pop(future), done
 
@@ -487,19 +488,15 @@ def _work(job: Job) -> tuple[Result, Series]:
             return Result(watch(job.scenario, job.rest, job.engine)), {}
         result = run(job.scenario, engine=job.engine)
     except (ScenarioError, ImportError) as error:
-        return Result(None, _one_line(error), _BAD_INPUT), {}
+        return Result(None, one_line(error), _BAD_INPUT), {}
     except RunError as error:
-        return Result(None, _one_line(error), _RUN_FAILED), {}
+        return Result(None, one_line(error), _RUN_FAILED), {}
     except Exception as error:
-        text = f"{type(error).__name__}: {_one_line(error)}"
+        text = f"{type(error).__name__}: {one_line(error)}"
         return Result(None, text, _RUN_FAILED), {}
     fault = find_fault(result)
     status = _RUN_FAILED if fault else 0
     return Result(result.metrics, fault, status), _make_series(result)
-
-
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())
 
 
 def _make_series(result: Run) -> Series:

@@ -92,6 +92,7 @@ from dual_proxy.scene_params import (
     TOOL_MASS,
     SceneParams,
 )
+from dual_proxy.text import one_line
 
 __all__ = [
     "JOINT_LOWER",
@@ -312,8 +313,9 @@ def _add_models(plant: Any, path: str) -> None:
             parser.package_map().AddPackageXml(package)
         ProcessModelDirectives(LoadModelDirectives(file), parser)
     except (RuntimeError, ValueError) as error:
-        text = " ".join(str(error).split())
-        raise ScenarioError(f"scene.model_directives: {path}: {text}") from error
+        raise ScenarioError(
+            f"scene.model_directives: {path}: {one_line(error)}"
+        ) from error
 
 
 def _check_models(plant: Any, inspector: Any) -> None:

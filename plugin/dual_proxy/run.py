@@ -19,6 +19,7 @@ from dual_proxy.log import release, replace_file, save_log, write_mcap
 from dual_proxy.metrics import compute_metrics, describe_broken_limits
 from dual_proxy.run_folder import RunFolder
 from dual_proxy.scenario import Scenario, ScenarioError, load_scenario
+from dual_proxy.text import one_line
 
 __all__ = [
     "ENGINES",
@@ -322,8 +323,9 @@ def run(
     except ScenarioError:
         raise
     except (ValueError, RuntimeError) as error:
-        text = " ".join(str(error).split())
-        raise ScenarioError(f"{scenario.name}: cannot be built: {text}") from error
+        raise ScenarioError(
+            f"{scenario.name}: cannot be built: {one_line(error)}"
+        ) from error
     failure = ""
     cause: BaseException | None = None
     began = clock.monotonic()
@@ -340,7 +342,7 @@ def run(
     except KeyboardInterrupt as error:
         failure, cause = str(error) or "interrupted", error
     except Exception as error:
-        failure = " ".join(str(error).split()) or type(error).__name__
+        failure = one_line(error) or type(error).__name__
         cause = error
     wall_s = clock.monotonic() - began
     log = station.log_frame()

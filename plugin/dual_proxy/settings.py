@@ -11,6 +11,7 @@ from typing import Any
 import yaml
 
 from dual_proxy._core import ScenarioError
+from dual_proxy.text import one_line
 
 __all__ = ["ScenarioError", "dump_yaml", "parse_yaml", "read_text"]
 
@@ -92,12 +93,6 @@ _Loader.add_implicit_resolver(
 )
 
 
-def _line(error: object) -> str:
-    """Return what an error says, on one line of a length that people read."""
-    text = " ".join(str(error).split())
-    return text if len(text) <= 300 else f"{text[:300]}..."
-
-
 def parse_yaml(text: str, source: str) -> Any:
     """Parse one YAML document; `source` names it in errors.
 
@@ -111,9 +106,11 @@ def parse_yaml(text: str, source: str) -> Any:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = f", line {mark.line + 1}" if mark else ""
-        raise ScenarioError(f"{source}{where}: {_line(error.problem)}") from None
+        raise ScenarioError(
+            f"{source}{where}: {one_line(error.problem, 300)}"
+        ) from None
     except yaml.YAMLError as error:
-        raise ScenarioError(f"{source}: {_line(error)}") from None
+        raise ScenarioError(f"{source}: {one_line(error, 300)}") from None
     except RecursionError:
         raise ScenarioError(f"{source}: lists or mappings nested too deeply") from None
 

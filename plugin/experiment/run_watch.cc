@@ -20,8 +20,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Most that may be off in projections and quaternions.
 constexpr double kProjectionError = 1e-12;
 constexpr double kRotationError = 1e-9;
-// W: any hand takes up a thousand times that. A delayed spring gives back a few
-// millijoules more than it took each time it is pressed, which add up in hours.
+// W: a delayed spring gives back a few millijoules more than it took each time
+// it is pressed, which add up in hours.
 constexpr double kUnnoticedPower = 1e-3;
 
 // NaN is worse than all.

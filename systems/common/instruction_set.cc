@@ -34,9 +34,9 @@ std::size_t CountAllowed() {
   if (const auto set = EnumFromString<InstructionSet>(name)) {
     return static_cast<std::size_t>(*set) + 1;
   }
-  throw std::invalid_argument(
-      std::string(kVariable) +
-      ": expected one of baseline, avx2, avx512, got '" + name + "'");
+  throw std::invalid_argument(std::string(kVariable) + ": expected " +
+                              ExpectedEnum<InstructionSet>() + ", got \"" +
+                              name + "\"");
 }
 
 std::size_t CountAvailable() {

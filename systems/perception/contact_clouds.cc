@@ -18,14 +18,15 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kDrift = 1e-6;         // rad^2/s: of a normal at rest.
-constexpr double kDistinctAngle = 0.2;  // rad: below, contacts are one.
-constexpr double kPriorHold = 0.1;      // s: a prior says the same so long.
-constexpr double kShapeWay = 0.01;      // m: over which a shape is learned,
-constexpr double kEdgeWay = 0.02;       // m: of two contacts; four times what
-                                        // these lag, so that it does not swing.
-constexpr double kMostShape = 100;      // 1/m: over edges it is no shape.
-constexpr double kSinkingDoubt = 2;     // Of sinking that is expected.
+constexpr double kDrift = 1e-6;  // rad^2/s: of a normal at rest.
+// Of 0.2 rad: nearer to each other, contacts are one.
+const double kCosDistinct = CalcSinCos(0.2).cos;
+constexpr double kPriorHold = 0.1;   // s: a prior says the same so long.
+constexpr double kShapeWay = 0.01;   // m: over which a shape is learned,
+constexpr double kEdgeWay = 0.02;    // m: of two contacts; four times what
+                                     // these lag, so that it does not swing.
+constexpr double kMostShape = 100;   // 1/m: over edges it is no shape.
+constexpr double kSinkingDoubt = 2;  // Of sinking that is expected.
 
 MutableParticleList Skip(const MutableParticleList& list, int count) noexcept {
   return list.Skip(count);
@@ -245,12 +246,11 @@ void ContactTracker::AddContact(const TrackedContact& contact,
 void ContactTracker::MergeNear(const ContactParticles& particles,
                                State* state) const noexcept {
   // Opposite normals are one direction, too: pushed from the other side.
-  const double cosine = CalcSinCos(kDistinctAngle).cos;
   for (int i = 0; i < state->count; ++i) {
     for (int j = state->count - 1; j > i; --j) {
       const TrackedContact& a = state->contacts[i];
       const TrackedContact& b = state->contacts[j];
-      if (std::abs(a.normal.dot(b.normal)) > cosine) {
+      if (std::abs(a.normal.dot(b.normal)) > kCosDistinct) {
         Remove(j, particles, state);
       }
     }

@@ -47,11 +47,11 @@ constexpr double kMaxSlack = 0.15;         // rad.
 constexpr double kAstray = 0.1;            // rad: between friction and motion.
 constexpr double kMemoryTime = 1;          // s: a lost normal is remembered,
 constexpr double kMemoryStd = 0.1;         // rad: this well,
-constexpr double kMemoryAngle = 0.5;       // rad: where one is as near.
-constexpr double kForeseenTime = 0.05;     // s: two that were foreseen, not one
-constexpr double kForeseenAngle = 0.35;    // rad: as far from either as this,
-constexpr double kForeseenRest = 0.25;     // and explained by both but for it,
-constexpr double kForeseenShare = 0.2;     // each with at least this part.
+const double kCosMemory = CalcSinCos(0.5).cos;  // Where one is as near.
+constexpr double kForeseenTime = 0.05;  // s: two that were foreseen, not one
+const double kCosForeseen = CalcSinCos(0.35).cos;  // As far from either,
+constexpr double kForeseenRest = 0.25;  // and explained by both but for it,
+constexpr double kForeseenShare = 0.2;  // each with at least this part.
 
 // Losing.
 constexpr double kSettlingTime = 0.05;  // s: no drop by velocity before.
@@ -78,7 +78,6 @@ both, and the tool does not move along either.
 @param[out] pair  their indices. */
 bool FindPair(const Vector3d& normal, const Vector3d& velocity,
               const ContactPrior& prior, int* pair) noexcept {
-  const double near = CalcSinCos(kForeseenAngle).cos;
   const double speed = velocity.norm();
   const auto moves = [&](const Vector3d& n) {
     return std::abs(velocity.dot(n)) > 0.003 + 0.25 * speed;
@@ -86,11 +85,11 @@ bool FindPair(const Vector3d& normal, const Vector3d& velocity,
   bool is_found = false;
   for (int i = 0; i < prior.count; ++i) {
     const Vector3d a = prior.normals->col(i);
-    if (normal.dot(a) > near) return false;
+    if (normal.dot(a) > kCosForeseen) return false;
     for (int j = 0; j < i; ++j) {
       const Vector3d b = prior.normals->col(j);
       const double cosine = a.dot(b);
-      if (std::abs(cosine) > near || moves(a) || moves(b)) continue;
+      if (std::abs(cosine) > kCosForeseen || moves(a) || moves(b)) continue;
       const double sine2 = 1 - cosine * cosine;
       const double share_a = (normal.dot(a) - cosine * normal.dot(b)) / sine2;
       const double share_b = (normal.dot(b) - cosine * normal.dot(a)) / sine2;
@@ -411,7 +410,7 @@ void ContactTracker::AddFound(const Vector3d& force, const Vector3d& velocity,
     normal = (normal / (std * std) + contact.prior).normalized();
     std = 1 / std::sqrt(1 / (std * std) + 1 / (prior.std * prior.std));
   } else if (count == 0 && state->lost_time < kMemoryTime &&
-             normal.dot(state->lost_normal) > CalcSinCos(kMemoryAngle).cos) {
+             normal.dot(state->lost_normal) > kCosMemory) {
     // It was lost, and is met again: at little force friction and noise would
     // tilt the normal, and the tool would slide off along it.
     normal = state->lost_normal;

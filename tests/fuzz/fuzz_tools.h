@@ -6,8 +6,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <exception>
 #include <limits>
+#include <string>
 #include <string_view>
+#include <typeinfo>
 
 namespace dual_proxy {
 
@@ -18,6 +21,11 @@ inline void Require(bool holds, std::string_view what) {
   std::fprintf(stderr, "does not hold: %.*s\n", static_cast<int>(what.size()),
                what.data());
   std::abort();
+}
+
+/** Ends it likewise, for an exception of a kind that must not be thrown. */
+inline void RequireNoOther(const std::exception& error) {
+  Require(false, std::string(typeid(error).name()) + ": " + error.what());
 }
 
 /** Takes values from a fuzzer's bytes; zeros when they are used up. */

@@ -9,7 +9,6 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <typeinfo>
 #include <vector>
 
 #include "dual_proxy/common/rotation.h"
@@ -143,7 +142,7 @@ void CheckFile(const std::string& path, LengthUnit unit, double scale) {
     Require(std::string_view(error.what()).find(": ") != std::string::npos,
             "where, and what");
   } catch (const std::exception& error) {
-    Require(false, std::string(typeid(error).name()) + ": " + error.what());
+    RequireNoOther(error);
   }
 }
 

@@ -8,7 +8,6 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <typeinfo>
 #include <vector>
 
 #include "dual_proxy/experiment/bare_engine.h"
@@ -278,7 +277,7 @@ void Check(Scenario scenario) {
   } catch (const ScenarioError& error) {
     RequireError(error.what(), scenario.operator_params.recording);
   } catch (const std::exception& error) {
-    Require(false, std::string(typeid(error).name()) + ": " + error.what());
+    RequireNoOther(error);
   }
 }
 
