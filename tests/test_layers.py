@@ -20,6 +20,7 @@ LAYERS = {
     "loop": "systems",
     "faces": "systems",
     "robots": "plugin",
+    "drivers": "plugin",
     "experiment": "plugin",
     "station": "plugin",
 }
