@@ -11,6 +11,7 @@ void BindSimulation(pybind11::module_& m);
 void BindSchemes(pybind11::module_& m);
 void BindSides(pybind11::module_& m);
 void BindLoop(pybind11::module_& m);
+void BindDrivers(pybind11::module_& m);
 void BindFaces(pybind11::module_& m);
 void BindScenarios(pybind11::module_& m);
 void BindExperiment(pybind11::module_& m);
@@ -29,6 +30,7 @@ PYBIND11_MODULE(_core, m) {
   dual_proxy::BindSimulation(m);
   dual_proxy::BindSchemes(m);
   dual_proxy::BindSides(m);
+  dual_proxy::BindDrivers(m);
   dual_proxy::BindScenarios(m);
   dual_proxy::BindLoop(m);
   dual_proxy::BindFaces(m);

@@ -194,6 +194,10 @@ void BindRobotSide(py::module_& m) {
                              means(&ContactPerceptionState::moment),
                              "the same of the angular filter, zero without one")
       .def_property_readonly(
+          "hold", [](const S& self) { return EnumToString(self.output.hold); },
+          "why the robot holds its place: \"none\" (it follows), \"no_link\", "
+          "\"no_sensor\", \"asked\" or \"bad_inputs\"")
+      .def_property_readonly(
           "bad_inputs", [](const S& self) { return self.output.bad_inputs; },
           "cycles refused so far");
 
@@ -218,6 +222,10 @@ void BindRobotSide(py::module_& m) {
           py::repr(reference).cast<std::string>());
     }
     return reference.cast<PlannerReference>();
+  };
+  const auto command = [](const py::object& torque) -> std::optional<Vector7> {
+    if (torque.is_none()) return std::nullopt;
+    return AsFixed<Vector7>(torque, "received_torque");
   };
   py::class_<RobotSide<SerialArm<7>>>(
       m, "RobotSide",
@@ -248,7 +256,7 @@ void BindRobotSide(py::module_& m) {
            kSignalsDoc)
       .def(
           "update",
-          [selections, planner](
+          [selections, planner, command](
               const RobotSide<SerialArm<7>>& self, double time,
               const py::object& message, const py::object& robot_position,
               const py::object& robot_rotation, const py::object& jacobian,
@@ -259,7 +267,8 @@ void BindRobotSide(py::module_& m) {
               const py::object& moment_selection,
               const py::object& sensed_wrench, S& state, bool sensor_ready,
               const py::object& contact_normals,
-              const py::object& planner_reference) {
+              const py::object& planner_reference, double sensor_age, bool hold,
+              const py::object& received_torque) {
             CheckState(self, state);
             self.Update(
                 time,
@@ -278,6 +287,9 @@ void BindRobotSide(py::module_& m) {
                  .sensed_wrench =
                      AsFixed<Vector6>(sensed_wrench, "sensed_wrench"),
                  .sensor_ready = sensor_ready,
+                 .sensor_age = sensor_age,
+                 .hold = hold,
+                 .received_command = command(received_torque),
                  .planner = planner(planner_reference)},
                 &state);
           },
@@ -289,6 +301,8 @@ void BindRobotSide(py::module_& m) {
           py::arg("sensor_ready") = true,
           py::arg("contact_normals") = py::none(),
           py::arg("planner_reference") = py::none(),
+          py::arg("sensor_age") = 0.0, py::arg("hold") = false,
+          py::arg("received_torque") = py::none(),
           "Advances `state` by one period. force_selection, moment_selection, "
           "contact_normals: (3, 3),\nthe directions of contact if somebody "
           "else "
@@ -299,7 +313,10 @@ void BindRobotSide(py::module_& m) {
           "angular]\nor [force; moment], in B; jacobian (6, 7), mass (7, 7), "
           "bias (7,) without gravity, gravity\n(7,) as Drake's "
           "CalcGravityGeneralizedForces. planner_reference: a PlannerReference "
-          "in place of the side's\nown planner, or None.");
+          "in place of the side's\nown planner, or None. sensor_age: s, of the "
+          "sensed "
+          "wrench; hold: whether the robot is to hold its place;\n"
+          "received_torque: (7,), N m, what the arm got last, or None.");
 }
 
 void BindHapticSide(py::module_& m) {

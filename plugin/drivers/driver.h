@@ -35,10 +35,19 @@ struct Reading {
   valid reading is finite. One that is not valid is the last that was, or what
   it was before there was any. */
   bool valid{false};
-  Value value{};
+  Value value = MakeNothing();
 
   /** s: how old it is at `now`, infinite if nothing was read yet. */
   double Age(double now) const { return now - time; }
+
+ private:
+  static Value MakeNothing() {
+    if constexpr (requires { Value::Zero(); }) {
+      return Value::Zero();
+    } else {
+      return Value{};
+    }
+  }
 };
 
 /** A haptic device's handle, in its base frame D. */

@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotCycle', 'RobotCycleState', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -1100,7 +1100,7 @@ class RobotSideProxyParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams: between device and robot', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams: what counts as a good message', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose, default true", 'interpolator': 'PoseInterpolatorParams: how poses are joined', 'stiffness': 'N/m, >= 0: k_vir_r, default 500', 'rotational_stiffness': 'N m/rad, >= 0: likewise of rotations, default 10', 'max_force': 'N, >= 0: bound on |F_r|, default 20', 'max_moment': 'N m, >= 0: bound on |M_r|, default 2', 'force_rate': 'N/s, > 0: bound on the change of F_r, default 50', 'moment_rate': 'N m/s, > 0: bound on the change of M_r, default 10', 'max_motion_error': 'm, >= 0: bound on |dx_m|, 0 is none, default 0.02', 'max_distance': 'm, in (0, 0.25]: how far proxy and robot may part, default 0.15', 'catch_up_share': "in (0, 1]: share of the limiter's accelerations until the proxy has met the device's poses, default 1", 'recovery_speed': "m/s, > 0: of the proxy, from when a lost link is back until it has met the device's poses; no more than the limiter's, default 0.06", 'handover': 'one of "printed", "bumpless": how the forces start in a new direction: from the sensed force, or from where they are, default "bumpless"', 'period': 's, > 0: between updates, default 0.001'}
+    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams: between device and robot', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams: what counts as a good message', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose, default true", 'interpolator': 'PoseInterpolatorParams: how poses are joined', 'stiffness': 'N/m, >= 0: k_vir_r, default 500', 'rotational_stiffness': 'N m/rad, >= 0: likewise of rotations, default 10', 'max_force': 'N, >= 0: bound on |F_r|, default 20', 'max_moment': 'N m, >= 0: bound on |M_r|, default 2', 'force_rate': 'N/s, > 0: bound on the change of F_r, default 50', 'moment_rate': 'N m/s, > 0: bound on the change of M_r, default 10', 'max_motion_error': 'm, >= 0: bound on |dx_m|, 0 is none, default 0.02', 'max_distance': 'm, in (0, 0.25]: how far proxy and robot may part, default 0.15', 'catch_up_share': "in (0, 1]: share of the limiter's accelerations until the proxy has met the device's poses, default 1", 'recovery_speed': "m/s, > 0: of the proxy, from when a lost link is back until it has met the device's poses; no more than the limiter's, default 0.06", 'reclutch': "true: when the robot begins to follow, for the first time or again, the hand's pose of that moment counts as the robot's own, so that it never travels by itself, and the map is displaced by what lies between them, as on hardware; false: the robot goes to where the hand is, default false", 'handover': 'one of "printed", "bumpless": how the forces start in a new direction: from the sensed force, or from where they are, default "bumpless"', 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> RobotSideProxyParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideProxyParams:
@@ -1233,6 +1233,14 @@ class RobotSideProxyParams:
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def reclutch(self) -> bool:
+        """
+        true: when the robot begins to follow, for the first time or again, the hand's pose of that moment counts as the robot's own, so that it never travels by itself, and the map is displaced by what lies between them, as on hardware; false: the robot goes to where the hand is, default false
+        """
+    @reclutch.setter
+    def reclutch(self, arg1: typing.Any) -> None:
         ...
     @property
     def recovery_speed(self) -> float:
@@ -3031,7 +3039,7 @@ class OperationalSpaceControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'motion': 'one of "operational_space", "cartesian_impedance": the law of motion: a tool that accelerates alike in every posture, or one that is as stiff, default "operational_space"', 'impedance': 'CartesianImpedanceParams: of motion "cartesian_impedance", in place of position_stiffness to rotation_damping', 'position_stiffness': '1/s^2, >= 0: Kpm, default 500', 'position_damping': '1/s, >= 0: Kvm, default 40', 'rotation_stiffness': '1/s^2, >= 0: Kpm of orientation, default 600', 'rotation_damping': '1/s, >= 0: Kvm of orientation, default 38', 'motion_speed_limit': 'm/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0', 'rotation_speed_limit': 'rad/s, >= 0: likewise of orientation; 0 is none, default 0', 'force_gain': '>= 0: Kpf, default 2.5', 'force_integral_gain': '1/s, >= 0: Kif, default 5.5', 'force_damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': "N, >= 0: bound on |Kpf e|, so that a force far from the reference, as of a bias, is answered no faster than the arm's torques can turn round; 0 is none, default 0", 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0', 'moment_gain': '>= 0: Kpf of moments, default 2.5', 'moment_integral_gain': '1/s, >= 0: Kif of moments, default 5.5', 'moment_damping': 'N m s/rad, >= 0: Kvf of moments, default 0.8', 'max_proportional_moment': 'N m, >= 0: bound on |Kpf e| of moments; 0 is none, default 0', 'max_integral_moment': 'N m, >= 0: bound on |Kif int e| of moments, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench; 0 is off, default 100', 'feed_forward': "true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true", 'selection_blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03', 'friction_feedback': 'FrictionFeedbackParams: of what a tool that slides feels', 'passivity': 'whether the passivity controllers of both loops act; they always observe, default true', 'force_passivity': 'TimeDomainPassivityParams: of the force loop; its enabled and period are ignored', 'moment_passivity': 'TimeDomainPassivityParams: of the moment loop, N m s/rad and J; its enabled and period are ignored', 'unit_mass_motion_force': 'true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, as it always is of motion "cartesian_impedance", default true', 'unit_inertia_motion_moment': 'true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed; likewise, default false', 'q_rest': '(7,), rad: posture kept in the null space, default [0, -0.785398, 0, -2.35619, 0, 1.5708, 0.785398]', 'posture_stiffness': '1/s^2, >= 0: of the posture, default 25', 'posture_damping': '1/s, >= 0: of the posture, default 10', 'posture_speed_limit': 'rad/s, >= 0: how fast a joint may take up its posture; 0 is none, default 0', 'max_mass': 'kg, > 0: apparent masses up to here are exact; beyond, towards a singularity, the apparent mass falls to zero, default 50', 'characteristic_length': 'm, > 0: lever that turns rotational inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams: ends and speeds of the joints', 'torque_limit': '(7,), N m, > 0: of each joint, default [87, 87, 87, 87, 12, 12, 12]', 'torque_rate_limit': 'N m/s, > 0: of each joint, default 1000', 'torque_margin': 'in [0, 1): share of both torque limits that is kept free, default 0.05', 'period': 's, > 0: of control, default 0.001'}
+    fields: typing.ClassVar[dict] = {'motion': 'one of "operational_space", "cartesian_impedance": the law of motion: a tool that accelerates alike in every posture, or one that is as stiff, default "operational_space"', 'impedance': 'CartesianImpedanceParams: of motion "cartesian_impedance", in place of position_stiffness to rotation_damping', 'position_stiffness': '1/s^2, >= 0: Kpm, default 500', 'position_damping': '1/s, >= 0: Kvm, default 40', 'rotation_stiffness': '1/s^2, >= 0: Kpm of orientation, default 600', 'rotation_damping': '1/s, >= 0: Kvm of orientation, default 38', 'motion_speed_limit': 'm/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0', 'rotation_speed_limit': 'rad/s, >= 0: likewise of orientation; 0 is none, default 0', 'force_gain': '>= 0: Kpf, default 2.5', 'force_integral_gain': '1/s, >= 0: Kif, default 5.5', 'force_damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': "N, >= 0: bound on |Kpf e|, so that a force far from the reference, as of a bias, is answered no faster than the arm's torques can turn round; 0 is none, default 0", 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0', 'moment_gain': '>= 0: Kpf of moments, default 2.5', 'moment_integral_gain': '1/s, >= 0: Kif of moments, default 5.5', 'moment_damping': 'N m s/rad, >= 0: Kvf of moments, default 0.8', 'max_proportional_moment': 'N m, >= 0: bound on |Kpf e| of moments; 0 is none, default 0', 'max_integral_moment': 'N m, >= 0: bound on |Kif int e| of moments, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench; 0 is off, default 100', 'feed_forward': "true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true", 'acceleration_feed_forward': 'false: of the two only the velocity, which spares the rate of the torques, as on hardware, default true', 'selection_blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03', 'friction_feedback': 'FrictionFeedbackParams: of what a tool that slides feels', 'passivity': 'whether the passivity controllers of both loops act; they always observe, default true', 'force_passivity': 'TimeDomainPassivityParams: of the force loop; its enabled and period are ignored', 'moment_passivity': 'TimeDomainPassivityParams: of the moment loop, N m s/rad and J; its enabled and period are ignored', 'unit_mass_motion_force': 'true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, as it always is of motion "cartesian_impedance", default true', 'unit_inertia_motion_moment': 'true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed; likewise, default false', 'q_rest': '(7,), rad: posture kept in the null space, default [0, -0.785398, 0, -2.35619, 0, 1.5708, 0.785398]', 'posture_stiffness': '1/s^2, >= 0: of the posture, default 25', 'posture_damping': '1/s, >= 0: of the posture, default 10', 'posture_speed_limit': 'rad/s, >= 0: how fast a joint may take up its posture; 0 is none, default 0', 'max_mass': 'kg, > 0: apparent masses up to here are exact; beyond, towards a singularity, the apparent mass falls to zero, default 50', 'characteristic_length': 'm, > 0: lever that turns rotational inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams: ends and speeds of the joints', 'torque_limit': '(7,), N m, > 0: of each joint, default [87, 87, 87, 87, 12, 12, 12]', 'torque_rate_limit': 'N m/s, > 0: of each joint, default 1000', 'torque_margin': 'in [0, 1): share of both torque limits that is kept free, default 0.05', 'gravity_compensation': "whether the torque holds the arm's weight; false for an arm that does so itself, as Franka's, default true", 'period': 's, > 0: of control, default 0.001'}
     def __copy__(self) -> OperationalSpaceControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperationalSpaceControllerParams:
@@ -3053,6 +3061,14 @@ class OperationalSpaceControllerParams:
         """
         Raises ValueError naming the field, the range and the value.
         """
+    @property
+    def acceleration_feed_forward(self) -> bool:
+        """
+        false: of the two only the velocity, which spares the rate of the torques, as on hardware, default true
+        """
+    @acceleration_feed_forward.setter
+    def acceleration_feed_forward(self, arg1: typing.Any) -> None:
+        ...
     @property
     def characteristic_length(self) -> float:
         """
@@ -3132,6 +3148,14 @@ class OperationalSpaceControllerParams:
         """
     @friction_feedback.setter
     def friction_feedback(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def gravity_compensation(self) -> bool:
+        """
+        whether the torque holds the arm's weight; false for an arm that does so itself, as Franka's, default true
+        """
+    @gravity_compensation.setter
+    def gravity_compensation(self, arg1: typing.Any) -> None:
         ...
     @property
     def impedance(self) -> CartesianImpedanceParams:
@@ -6227,7 +6251,7 @@ class RobotSideParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'RobotSideProxyParams: what the robot is to follow, and how', 'controller': 'OperationalSpaceControllerParams: of the robot', 'sender': 'PoseSenderParams: of its messages', 'perception': 'ContactPerceptionParams: its filters', 'planner': 'LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections', 'gripper': "GripperParams: that follows the device's"}
+    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'RobotSideProxyParams: what the robot is to follow, and how', 'controller': 'OperationalSpaceControllerParams: of the robot', 'sender': 'PoseSenderParams: of its messages', 'perception': 'ContactPerceptionParams: its filters', 'planner': 'LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections', 'gripper': "GripperParams: that follows the device's", 'max_sensor_age': 's, > 0: of a sensed wrench; with none that is good and younger the robot holds its place, default 0.01'}
     def __copy__(self) -> RobotSideParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideParams:
@@ -6264,6 +6288,14 @@ class RobotSideParams:
         """
     @gripper.setter
     def gripper(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_sensor_age(self) -> float:
+        """
+        s, > 0: of a sensed wrench; with none that is good and younger the robot holds its place, default 0.01
+        """
+    @max_sensor_age.setter
+    def max_sensor_age(self, arg1: typing.Any) -> None:
         ...
     @property
     def perception(self) -> ContactPerceptionParams:
@@ -6395,6 +6427,11 @@ class RobotSideState:
         m, for the gripper's driver
         """
     @property
+    def hold(self) -> str:
+        """
+        why the robot holds its place: "none" (it follows), "no_link", "no_sensor", "asked" or "bad_inputs"
+        """
+    @property
     def link(self) -> LinkMonitorState:
         """
         LinkMonitorState. A copy.
@@ -6483,14 +6520,15 @@ class RobotSide:
         """
         All signals of a state as one flat float64 vector, by `layout`.
         """
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideState, sensor_ready: bool = True, contact_normals: typing.Any = None, planner_reference: typing.Any = None) -> None:
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideState, sensor_ready: bool = True, contact_normals: typing.Any = None, planner_reference: typing.Any = None, sensor_age: typing.SupportsFloat | typing.SupportsIndex = 0.0, hold: bool = False, received_torque: typing.Any = None) -> None:
         """
         Advances `state` by one period. force_selection, moment_selection, contact_normals: (3, 3),
         the directions of contact if somebody else knows them; None, all: the side's own filters find them.
         Without a sensor that is ready the robot holds its place. Six-vectors are [linear; angular]
         or [force; moment], in B; jacobian (6, 7), mass (7, 7), bias (7,) without gravity, gravity
         (7,) as Drake's CalcGravityGeneralizedForces. planner_reference: a PlannerReference in place of the side's
-        own planner, or None.
+        own planner, or None. sensor_age: s, of the sensed wrench; hold: whether the robot is to hold its place;
+        received_torque: (7,), N m, what the arm got last, or None.
         """
     @property
     def layout(self) -> dict:
@@ -7036,6 +7074,72 @@ class HapticSide:
     @property
     def params(self) -> HapticSideParams:
         ...
+class RobotCycleState:
+    """
+    Memory of RobotCycle, and the results of the last cycle.
+    """
+    def __copy__(self) -> RobotCycleState:
+        ...
+    def __deepcopy__(self, memo: dict) -> RobotCycleState:
+        ...
+    @property
+    def message(self) -> typing.Any:
+        """
+        for the haptic side
+        """
+    @property
+    def pose(self) -> Pose:
+        """
+        Pose: X_BE. A copy.
+        """
+    @property
+    def sensor(self) -> ForceTorqueAdapterState:
+        """
+        ForceTorqueAdapterState. A copy.
+        """
+    @property
+    def side(self) -> RobotSideState:
+        """
+        RobotSideState. Not a copy.
+        """
+    @property
+    def torque(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 1]"]:
+        """
+        (7,), N m, for the arm
+        """
+class RobotCycle:
+    """
+    All that a process which has a real arm does in a period, but for reading and writing:
+    the model's terms, the sensor's adapter, the robot side.
+    """
+    def __init__(self, *, side: RobotSideParams, model: ArmModelParams, sensor: ForceTorqueAdapterParams, p_SE: typing.Any) -> None:
+        """
+        side: RobotSideParams; model: ArmModelParams, of the arm with all that is beyond its flange;
+        sensor: ForceTorqueAdapterParams, whose period is the side's; p_SE: (3,), m, in the sensor's
+        frame S: from its origin to the tool point E.
+        """
+    def make_state(self, seed: typing.SupportsInt | typing.SupportsIndex = 0, angular_seed: typing.SupportsInt | typing.SupportsIndex = 1) -> RobotCycleState:
+        """
+        With the seeds of the filters.
+        """
+    def restart(self, state: RobotCycleState, seed: typing.SupportsInt | typing.SupportsIndex = 0, angular_seed: typing.SupportsInt | typing.SupportsIndex = 1) -> None:
+        """
+        As after a start, but that the sensor's bias stays known: the arm has been stopped, and may be
+        somewhere else.
+        """
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, q: typing.Any, v: typing.Any, message: typing.Any, state: RobotCycleState, *, sensor_time: typing.SupportsFloat | typing.SupportsIndex, sensor_valid: bool, measured: typing.Any, received_torque: typing.Any = None, hold: bool = False, tare: bool = False) -> None:
+        """
+        Advances `state` by one period. time: s, not decreasing, time.monotonic(); q, v: (7,), rad, rad/s;
+        message: the newest from the haptic side, stamped by this machine's clock; sensor_time: s, sensor_valid,
+        measured: (6,) [force; moment], N, N m, in S, of the arm on the tool; received_torque: (7,), N m,
+        what the arm got last, or None; hold: whether the robot is to hold its place; tare: whether the
+        sensor's bias is to be learned anew.
+        """
+    @property
+    def period(self) -> float:
+        """
+        s
+        """
 class ScenarioError(ValueError):
     """
     A scenario is wrong; the message is one line that names the field.

@@ -15,6 +15,7 @@ constexpr DerivedKey kDerivedKeys[] = {
     {"controller.force_passivity.period", "control_period"},
     {"controller.moment_passivity.enabled", "controller.passivity"},
     {"controller.moment_passivity.period", "control_period"},
+    {"controller.gravity_compensation", "scene.gravity"},
     {"controller.period", "control_period"},
     {"point_controller.force.passivity.period", "control_period"},
     {"point_controller.force.period", "control_period"},

@@ -268,15 +268,26 @@ JointVector<kJoints> OperationalSpaceController<kJoints>::CalcLimiting(
 }
 
 template <int kJoints>
+JointVector<kJoints> OperationalSpaceController<kJoints>::CalcHolding(
+    const Joints& gravity) const noexcept {
+  if (params_.gravity_compensation) return -gravity;
+  return Joints::Zero();
+}
+
+template <int kJoints>
 JointVector<kJoints> OperationalSpaceController<kJoints>::Send(
-    const Joints& torque, const Joints& gravity, State* state) const noexcept {
+    const Joints& torque, const Input& input, State* state) const noexcept {
   const double usable = 1 - params_.torque_margin;
   const Joints limit = usable * params_.torque_limit;
   const Joints limited = torque.cwiseMax(-limit).cwiseMin(limit);
   if (limited != torque) ++state->torque_limited;
   if (!state->initialized) {
     state->initialized = true;
-    state->torque = (-gravity).cwiseMax(-limit).cwiseMin(limit);
+    state->torque =
+        CalcHolding(state->gravity).cwiseMax(-limit).cwiseMin(limit);
+  }
+  if (input.received_torque && input.received_torque->allFinite()) {
+    state->torque = input.received_torque->cwiseMax(-limit).cwiseMin(limit);
   }
   const Joints step =
       Joints::Constant(usable * params_.torque_rate_limit * params_.period);
@@ -296,9 +307,9 @@ OperationalSpaceController<kJoints>::Refuse(const Input& input,
   output.torque = state->torque;
   // Once there was a model.
   if (!state->mass.isZero(0)) {
-    Joints torque = -state->gravity;
+    Joints torque = CalcHolding(state->gravity);
     if (input.v.allFinite()) torque -= state->mass * input.v / kBrakeTime;
-    output.torque = Send(torque, state->gravity, state);
+    output.torque = Send(torque, input, state);
   }
   output.observed_energy = state->force.passivity.energy;
   output.observed_moment_energy = state->moment.passivity.energy;
@@ -341,7 +352,9 @@ OperationalSpaceController<kJoints>::Update(const Input& input,
   Vector6 acceleration = Vector6::Zero();
   if (params_.feed_forward) {
     velocity_error -= input.proxy_velocity;
-    acceleration = input.proxy_acceleration;
+    if (params_.acceleration_feed_forward) {
+      acceleration = input.proxy_acceleration;
+    }
   }
   Vector6 spring_wrench = Vector6::Zero();
   const bool impedance = params_.motion == MotionLaw::kCartesianImpedance;
@@ -391,10 +404,10 @@ OperationalSpaceController<kJoints>::Update(const Input& input,
       Lambda * (acceleration - model.Jdot_v - model.J_BE * posture) +
       spring_wrench + contact_wrench;
   const Joints net = model.J_BE.transpose() * wrench + model.mass * posture;
-  const Joints torque =
-      net + model.bias - model.gravity + CalcLimiting(input, net, state);
+  const Joints torque = net + model.bias + CalcHolding(model.gravity) +
+                        CalcLimiting(input, net, state);
   if (!torque.allFinite()) return Refuse(input, state);
-  output.torque = Send(torque, model.gravity, state);
+  output.torque = Send(torque, input, state);
 
   const Vector6 motion_wrench = Lambda * acceleration + spring_wrench;
   const bool unit_mass = params_.unit_mass_motion_force && !impedance;

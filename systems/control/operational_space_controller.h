@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "dual_proxy/common/arm_limits.h"
@@ -87,6 +88,7 @@ struct OperationalSpaceControllerParams {
   double force_filter_cutoff{100};
 
   bool feed_forward{true};
+  bool acceleration_feed_forward{true};
   double selection_blend_time{0.03};
   FrictionFeedbackParams friction_feedback;
   bool passivity{true};
@@ -119,6 +121,7 @@ struct OperationalSpaceControllerParams {
   JointVector<kJoints> torque_limit{ArmLimits<kJoints>{}.torque};
   double torque_rate_limit{ArmLimits<kJoints>{}.torque_rate};
   double torque_margin{0.05};
+  bool gravity_compensation{true};
   double period{0.001};
 
   /** @throws std::invalid_argument naming field, range and value. */
@@ -183,6 +186,9 @@ struct OperationalSpaceControllerParams {
                    "true: the limited proxy's velocity and acceleration are "
                    "fed forward, so that the robot does not trail it by "
                    "Kvm/Kpm; false: eq. (12) as printed"));
+    a->Visit(Field("acceleration_feed_forward", &acceleration_feed_forward,
+                   "false: of the two only the velocity, which spares the rate "
+                   "of the torques, as on hardware"));
     a->Visit(Field(
         "selection_blend_time", &selection_blend_time, AtLeast(0), "s",
         "in which a new selection takes over; 0 switches at once, as printed"));
@@ -226,6 +232,9 @@ struct OperationalSpaceControllerParams {
                    "of each joint"));
     a->Visit(Field("torque_margin", &torque_margin, Between(0, Open(1)), "",
                    "share of both torque limits that is kept free"));
+    a->Visit(Field("gravity_compensation", &gravity_compensation,
+                   "whether the torque holds the arm's weight; false for an "
+                   "arm that does so itself, as Franka's"));
     a->Visit(Field("period", &period, Above(0), "s", "of control"));
   }
 
@@ -294,12 +303,15 @@ struct OperationalSpaceControllerInput {
   /** Whether the force sensor can be relied on; without it nothing is
   force-controlled. */
   bool sensor_ready{true};
+  /** N m: what the arm got last, if it says so, without gravity compensation
+  where the arm adds that itself. */
+  std::optional<JointVector<kJoints>> received_torque{};
 };
 
 /** Results of one cycle; 3-vectors in B. */
 template <int kJoints>
 struct OperationalSpaceControllerOutput {
-  /** N m, gravity compensation included. */
+  /** N m; gravity compensation included, if there is one. */
   JointVector<kJoints> torque{JointVector<kJoints>::Zero()};
   /** Command in motion space: m/s^2 = N for 1 kg, or F_m in N
   (unit_mass_motion_force, MotionLaw). */
@@ -368,8 +380,10 @@ Towards a joint's end or its largest speed the acceleration that the command
 asks of it is limited (JointLimits), and the other joints make up for it as far
 as they can, for the tool's place before its orientation; what a contact does to
 the arm is left out there. The torque is limited per joint to
-torque_limit, and last of all in its rate, relative to the torque sent last,
-both with torque_margin; the first cycle starts at the gravity compensation.
+torque_limit, and last of all in its rate, relative to the torque sent last, or
+to the one that the arm got last (received_torque), both with torque_margin; the
+first cycle starts at the gravity compensation. Without gravity_compensation g
+is left out of all that is sent, and size and rate are those of the rest.
 
 Refused cycles: if an input is not finite, a selection is not a projection or
 the mass matrix is not positive definite, the torque goes, at the rate limit, to
@@ -405,8 +419,10 @@ class OperationalSpaceController {
   @param net  N m: what accelerates the arm. */
   Joints CalcLimiting(const Input& input, const Joints& net,
                       State* state) const noexcept;
+  /** The torque that holds the arm's weight, if that is the controller's. */
+  Joints CalcHolding(const Joints& gravity) const noexcept;
   /** Limits `torque` in size and rate, and remembers it as sent. */
-  Joints Send(const Joints& torque, const Joints& gravity,
+  Joints Send(const Joints& torque, const Input& input,
               State* state) const noexcept;
   /** Brakes the joints, as far as it knows of them, and holds their weight. */
   Output Refuse(const Input& input, State* state) const noexcept;

@@ -151,6 +151,26 @@ void RobotSideProxy::MoveProxy(double time, const Eigen::Vector3d& p_BE,
   }
 }
 
+void RobotSideProxy::Reclutch(double time,
+                              RobotSideProxyState* state) const noexcept {
+  const Pose& proxy = state->limiter.pose;
+  const Pose hand = state->interpolator.to.pose;
+  Pose& offset = state->clutch_offset;
+  offset.p += proxy.p - hand.p;
+  offset.R = ProjectToRotation(offset.R * hand.R.transpose() * proxy.R);
+  // The motion of the hand up to here is not to be followed.
+  const double send_time = state->interpolator.last_send_time;
+  state->interpolator = interpolator_.MakeState();
+  interpolator_.Add(time, proxy, send_time, &state->interpolator);
+}
+
+Pose RobotSideProxy::FromRobot(
+    const Pose& X_BE, const RobotSideProxyState& state) const noexcept {
+  if (!params_.reclutch) return X_BE;
+  const Pose& offset = state.clutch_offset;
+  return {.p = X_BE.p - offset.p, .R = X_BE.R * offset.R.transpose()};
+}
+
 void RobotSideProxy::Release(const Pose& X_BE, const Eigen::Matrix3d& Omega_f,
                              const Eigen::Matrix3d& Omega_tau,
                              RobotSideProxyState* state) const noexcept {
@@ -174,8 +194,12 @@ void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
   const PoseMessage& message = input.message;
   const bool fresh = monitor_.Update(time, message, &state->link);
   if (fresh) {
-    interpolator_.Add(time, map_.RobotProxy(message.pose.p, message.pose.R),
-                      message.send_time, &state->interpolator);
+    const Pose& offset = state->clutch_offset;
+    Pose pose = map_.RobotProxy(message.pose.p, message.pose.R);
+    if (params_.reclutch) {
+      pose = {.p = pose.p + offset.p, .R = pose.R * offset.R};
+    }
+    interpolator_.Add(time, pose, message.send_time, &state->interpolator);
   }
 
   const bool pose_valid = IsValidPose(input.X_BE);
@@ -201,6 +225,8 @@ void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
   const bool guided =
       input.sensor_ready && state->link.status == LinkStatus::kConnected;
   const bool active = valid && guided;
+  if (params_.reclutch && active && !state->following) Reclutch(time, state);
+  state->following = active;
   MoveProxy(time, input.X_BE.p, active, state);
 
   // A change of the selections that cannot be acted on now is seen again in the

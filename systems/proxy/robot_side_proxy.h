@@ -49,6 +49,10 @@ struct RobotSideProxyParams {
   /// has met the device's poses, m/s, > 0: meanwhile the hand may have gone
   /// deep into a surface that the robot has let go.
   double recovery_speed{0.06};
+  /// Whether the robot never travels to where the hand is: when it begins to
+  /// follow, for the first time or again, the hand's pose of that moment counts
+  /// as the robot's own, and the map is displaced by what lies between them.
+  bool reclutch{false};
   /// How F_r and M_r start in a new direction.
   Handover handover{Handover::kBumpless};
   double period{0.001};  ///< Time between two calls of Update(), s, > 0.
@@ -89,6 +93,12 @@ struct RobotSideProxyParams {
     a->Visit(Field("recovery_speed", &recovery_speed, Above(0), "m/s",
                    "of the proxy, from when a lost link is back until it has "
                    "met the device's poses; no more than the limiter's"));
+    a->Visit(Field("reclutch", &reclutch,
+                   "true: when the robot begins to follow, for the first time "
+                   "or again, the hand's pose of that moment counts as the "
+                   "robot's own, so that it never travels by itself, and the "
+                   "map is displaced by what lies between them, as on "
+                   "hardware; false: the robot goes to where the hand is"));
     VisitEnum(a, "RobotSideProxyParams", "handover", &handover,
               "how the forces start in a new direction: from the sensed force, "
               "or from where they are");
@@ -141,6 +151,10 @@ struct RobotSideProxyState {
   /// Whether that is after a loss, no faster than recovery_speed.
   bool recovering{false};
   PoseInterpolatorState interpolator;  ///< Of the mapped device poses, in B.
+  /// In B, with `reclutch`: p is added to a mapped position, and R is by what a
+  /// mapped rotation is multiplied, from the right.
+  Pose clutch_offset;
+  bool following{false};  ///< Whether the device's poses were, last tick.
   LinkMonitorState link;
   TrajectoryLimiterState limiter;
   VirtualSpringState force;
@@ -180,6 +194,11 @@ counted: the proxy brakes and F_r fades as if the link were lost; dx_m and
 dphi_m are those of the last valid selections, or zero if the pose itself is not
 valid.
 
+With `reclutch` the map between hand and robot is displaced whenever the robot
+begins to follow, at the first message as after a loss of the link or of the
+sensor, so that the hand is where the robot's proxy is; FromRobot() takes it out
+of what the hand is to know. Directions of motion stay as they are.
+
 A robot that starts outside the workspace is led into it within the limits; once
 inside, the proxy never leaves. */
 class RobotSideProxy {
@@ -197,7 +216,14 @@ class RobotSideProxy {
   void Update(double time, const RobotSideProxyInput& input,
               RobotSideProxyState* state) const noexcept;
 
+  /** The robot's pose as the haptic side may know it: without the clutch's
+  offset. No heap, no throw.
+  @param X_BE  in B. */
+  Pose FromRobot(const Pose& X_BE,
+                 const RobotSideProxyState& state) const noexcept;
+
  private:
+  void Reclutch(double time, RobotSideProxyState* state) const noexcept;
   void MoveProxy(double time, const Eigen::Vector3d& p_BE, bool follow,
                  RobotSideProxyState* state) const noexcept;
   void Release(const Pose& X_BE, const Eigen::Matrix3d& Omega_f,

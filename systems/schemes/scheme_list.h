@@ -72,15 +72,18 @@ class AnyHalf {
 };
 
 /** What is made of a list of schemes. Each has a name `kName`, whether it
-`kUsesSelections`, the tags of what it sends kToRobot and kToDevice, the types
-Params, RobotHalf and HapticHalf, and a template ApplyPresets(
-RobotSideProxyParams*, ControllerParams*), which sets what it wants to be
-otherwise than the scenario's defaults, whatever robot's controller it is. */
+`kUsesSelections`, whether its robot half `kReclutches`
+(RobotSideProxyParams::reclutch), the tags of what it sends kToRobot and
+kToDevice, the types Params, RobotHalf and HapticHalf, and a template
+ApplyPresets( RobotSideProxyParams*, ControllerParams*), which sets what it
+wants to be otherwise than the scenario's defaults, whatever robot's controller
+it is. */
 template <typename... S>
 struct SchemeList {
   static constexpr int kSize = sizeof...(S);
   static constexpr std::array<bool, kSize> kUsesSelections{
       S::kUsesSelections...};
+  static constexpr std::array<bool, kSize> kReclutches{S::kReclutches...};
   static constexpr std::array<MessageTag, kSize> kToRobot{S::kToRobot...};
   static constexpr std::array<MessageTag, kSize> kToDevice{S::kToDevice...};
 

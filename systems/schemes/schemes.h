@@ -38,6 +38,11 @@ constexpr bool UsesSelections(Scheme scheme) {
   return Schemes::kUsesSelections[static_cast<int>(scheme)];
 }
 
+/** Whether the scheme's robot need not travel to where the hand is. */
+constexpr bool Reclutches(Scheme scheme) {
+  return Schemes::kReclutches[static_cast<int>(scheme)];
+}
+
 /** The tag of what the scheme sends to the robot or to the device. */
 constexpr MessageTag ToRobotTag(Scheme scheme) {
   return Schemes::kToRobot[static_cast<int>(scheme)];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/sides/robot_side.h"
 
+#include <cmath>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -37,7 +38,8 @@ OperationalSpaceControllerInput<kJoints> MakeControllerInput(
           .moment_selection = setpoint.moment_selection,
           .force_feedback = setpoint.force_feedback,
           .sensed_wrench = input.sensed_wrench,
-          .sensor_ready = input.sensor_ready};
+          .sensor_ready = input.sensor_ready,
+          .received_torque = input.received_command};
 }
 
 PointControllerInput MakeControllerInput(const RobotSideInput<PointMass>& input,
@@ -142,6 +144,11 @@ void RobotSideParams<Robot>::Validate() const {
     ThrowInvalidField(who, "sender.period", "the proxy's period",
                       sender.period);
   }
+  if (proxy.reclutch && !Reclutches(scheme)) {
+    ThrowInvalidField(
+        who, "proxy.reclutch",
+        "false for a scheme whose robot goes to where the hand is", true);
+  }
   if (gripper.enabled && gripper.period != proxy.period) {
     ThrowInvalidField(who, "gripper.period", "the proxy's period",
                       gripper.period);
@@ -213,6 +220,25 @@ void RobotSide<Robot>::TakePlanner(double time, const Input& input,
 }
 
 template <typename Robot>
+bool RobotSide<Robot>::TakeWrench(Input* input, State* state) const noexcept {
+  const bool good =
+      input->sensed_wrench.allFinite() && std::isfinite(input->sensor_age);
+  if (good) {
+    state->sensed_wrench = input->sensed_wrench;
+    state->sensed_age = input->sensor_age;
+  } else {
+    input->sensed_wrench = state->sensed_wrench;
+    state->sensed_age += params_.controller.period;
+  }
+  const bool fresh = state->sensed_age <= params_.max_sensor_age;
+  if (!fresh) {
+    input->sensed_wrench.setZero();
+    input->sensor_ready = false;
+  }
+  return good && fresh;
+}
+
+template <typename Robot>
 void RobotSide<Robot>::Update(double time, const Input& input,
                               State* state) const noexcept {
   RobotSideOutput<Robot>& output = state->output;
@@ -226,13 +252,29 @@ void RobotSide<Robot>::Update(double time, const Input& input,
   Input possible = input;
   RefuseImpossible(&possible);
   RefuseBeyond(kMaxTime, &time);
-  Advance(time, possible, state);
-  if (!(time >= state->time)) output.bad_inputs = refused + 1;
+  const bool finite = possible.sensed_wrench.allFinite();
+  const bool sensed = TakeWrench(&possible, state);
+  const bool ready = possible.sensor_ready;
+  if (possible.hold) possible.sensor_ready = false;
+  Advance(time, sensed, possible, state);
+  if (!(time >= state->time) || !finite) output.bad_inputs = refused + 1;
+  const LinkMonitorState& link = state->half.output().link;
+  if (output.bad_inputs != refused) {
+    output.hold = HoldReason::kBadInputs;
+  } else if (input.hold) {
+    output.hold = HoldReason::kAsked;
+  } else if (!ready) {
+    output.hold = HoldReason::kNoSensor;
+  } else if (link.status != LinkStatus::kConnected) {
+    output.hold = HoldReason::kNoLink;
+  } else {
+    output.hold = HoldReason::kNone;
+  }
   StoreIfFinite(time, &state->time);
 }
 
 template <typename Robot>
-void RobotSide<Robot>::Advance(double time, const Input& input,
+void RobotSide<Robot>::Advance(double time, bool sensed, const Input& input,
                                State* state) const noexcept {
   RobotSideOutput<Robot>& output = state->output;
   output.v_BE = CalcTwist(input.model, input.v);
@@ -280,7 +322,7 @@ void RobotSide<Robot>::Advance(double time, const Input& input,
 
   if (perception_) {
     if (!input.selections) perception_->UpdateFilters(time, &state->perception);
-    if (valid) {
+    if (valid && sensed) {
       perception_->AddSamples(
           time,
           MakeForceSample(input.sensed_wrench, output.v_BE, output.controller),

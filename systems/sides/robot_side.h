@@ -35,6 +35,7 @@ struct RobotSideParams {
   ContactPerceptionParams perception;
   LocalPlannerParams planner;
   GripperParams gripper;
+  double max_sensor_age{0.01};
 
   /** @throws std::invalid_argument naming field, range and value. */
   void Validate() const;
@@ -53,7 +54,29 @@ struct RobotSideParams {
                    "that shares the robot with the operator, if the scheme "
                    "uses selections"));
     a->Visit(Field("gripper", &gripper, "that follows the device's"));
+    a->Visit(Field("max_sensor_age", &max_sensor_age, Above(0), "s",
+                   "of a sensed wrench; with none that is good and younger "
+                   "the robot holds its place"));
   }
+};
+
+/** Why a robot holds its place. */
+enum class HoldReason {
+  kNone = 0,       ///< It follows.
+  kNoLink = 1,     ///< No message has come yet, or none for too long.
+  kNoSensor = 2,   ///< The force sensor cannot be relied on.
+  kAsked = 3,      ///< Somebody has asked for it.
+  kBadInputs = 4,  ///< The cycle was refused.
+};
+
+template <>
+struct EnumStrings<HoldReason> {
+  static constexpr std::pair<HoldReason, const char*> kValues[] = {
+      {HoldReason::kNone, "none"},
+      {HoldReason::kNoLink, "no_link"},
+      {HoldReason::kNoSensor, "no_sensor"},
+      {HoldReason::kAsked, "asked"},
+      {HoldReason::kBadInputs, "bad_inputs"}};
 };
 
 /** Inputs of one cycle; vectors in B; every force is what the robot exerts on
@@ -75,6 +98,13 @@ struct RobotSideInput {
   /** Whether the force sensor can be relied on; without it the robot holds its
   place. */
   bool sensor_ready{true};
+  /** s: how old the sensed wrench is. */
+  double sensor_age{0};
+  /** Whether the robot is to hold its place, as without a sensor. */
+  bool hold{false};
+  /** N m: the command that the robot got last, if it says so; what is sent is
+  limited in its rate against that. */
+  std::optional<Coordinates> received_command{};
   /** What a planner asks for, in place of the side's own. It counts with a
   scheme that uses selections; see ReferenceBlend. */
   std::optional<PlannerReference> planner;
@@ -96,6 +126,7 @@ struct RobotSideOutput {
   Coordinates v{Coordinates::Zero()};
   Vector6 sensed_wrench{Vector6::Zero()};
   bool sensor_ready{false};
+  HoldReason hold{HoldReason::kNoLink};
   /** Cycles of which half, controller or blend refused something so far, or in
   which time went back; one that several refuse counts once. */
   std::int64_t bad_inputs{0};
@@ -110,6 +141,9 @@ struct RobotSideState {
   LocalPlannerState planner;
   ReferenceBlendState blend;
   GripperState gripper;  ///< Its width is for the gripper's driver.
+  /** The last good wrench, and how old it is, s. */
+  Vector6 sensed_wrench{Vector6::Zero()};
+  double sensed_age{std::numeric_limits<double>::infinity()};
   /** s: of the last cycle whose time was not refused. */
   double time{-std::numeric_limits<double>::infinity()};
   RobotSideOutput<Robot> output;  ///< Of the last cycle.
@@ -125,8 +159,13 @@ while there is no link.
 Perception and planner run where the scheme has use for selections. A cycle that
 the controller refused adds nothing to what the filters take.
 
-An input that cannot be (common/possible.h) is refused as one that is not finite
-is. Time that goes back is counted, and goes on from there.
+A wrench that is not finite is none: the last good one counts, until it is older
+than max_sensor_age. Then, as when the sensor is not ready or somebody asks for
+it, the robot holds its place: nothing is force-controlled, and the proxy stays
+where the robot is.
+
+Another input that cannot be (common/possible.h) is refused as one that is not
+finite is. Time that goes back is counted, and goes on from there.
 
 Update() neither allocates nor throws. */
 template <typename Robot>
@@ -165,8 +204,12 @@ class RobotSide {
  private:
   void TakePlanner(double time, const Input& input,
                    State* state) const noexcept;
+  // Puts the wrench that counts into `input`, or makes the sensor not ready.
+  // False: there was none that is good in this cycle.
+  bool TakeWrench(Input* input, State* state) const noexcept;
   // With inputs of which what cannot be is NaN.
-  void Advance(double time, const Input& input, State* state) const noexcept;
+  void Advance(double time, bool sensed, const Input& input,
+               State* state) const noexcept;
 
   Params params_;
   RobotHalf half_;

@@ -472,6 +472,60 @@ TEST_F(OperationalSpaceControllerTest, ErrorsAreClosedNoFasterThanTheLimits) {
   EXPECT_LT((pull() + 60 * 0.5 * Vector3d(0.6, 0, 0.8)).norm(), 1e-9);
 }
 
+// Franka's arms hold their weight themselves.
+TEST_F(OperationalSpaceControllerTest, LeavesTheWeightToAnArmThatHoldsIt) {
+  const OperationalSpaceController<7> with(params_);
+  params_.gravity_compensation = false;
+  const OperationalSpaceController<7> without(params_);
+  OperationalSpaceControllerInput<7> input = RandomInput();
+  auto state_with = with.MakeState();
+  auto state_without = without.MakeState();
+  const Vector7 torque = with.Update(input, &state_with).torque;
+  const Vector7 rest = without.Update(input, &state_without).torque;
+  EXPECT_TRUE((torque + input.model.gravity).isApprox(rest, 1e-12));
+  // Also when it holds and brakes.
+  input.motion_error(0) = kNan;
+  const Vector7 braking = with.Update(input, &state_with).torque;
+  EXPECT_TRUE(
+      (braking + input.model.gravity)
+          .isApprox(without.Update(input, &state_without).torque, 1e-12));
+  // The first torque starts at none.
+  params_.torque_rate_limit = 1;
+  const OperationalSpaceController<7> slow(params_);
+  auto state = slow.MakeState();
+  EXPECT_LE(slow.Update(RandomInput(), &state).torque.cwiseAbs().maxCoeff(),
+            1.001e-3);
+}
+
+TEST_F(OperationalSpaceControllerTest, RateIsLimitedAgainstWhatTheArmGot) {
+  params_.torque_rate_limit = 1000;
+  const OperationalSpaceController<7> dut(params_);
+  auto state = dut.MakeState();
+  OperationalSpaceControllerInput<7> input = RandomInput();
+  const Vector7 last = dut.Update(input, &state).torque;
+  input.received_torque = last + Vector7::Constant(0.3);
+  const Vector7 torque = dut.Update(input, &state).torque;
+  EXPECT_LE((torque - *input.received_torque).cwiseAbs().maxCoeff(), 1 + 1e-9);
+  EXPECT_GT((torque - last).cwiseAbs().maxCoeff(), 1.2);
+  // What is no number says nothing.
+  input.received_torque = Vector7::Constant(kNan);
+  EXPECT_LE((dut.Update(input, &state).torque - torque).cwiseAbs().maxCoeff(),
+            1 + 1e-9);
+}
+
+TEST_F(OperationalSpaceControllerTest, VelocityIsFedForwardAlone) {
+  params_.acceleration_feed_forward = false;
+  const OperationalSpaceController<7> dut(params_);
+  auto state = dut.MakeState();
+  OperationalSpaceControllerInput<7> input = RandomInput();
+  const Vector7 torque = dut.Update(input, &state).torque;
+  input.proxy_acceleration.setZero();
+  params_.acceleration_feed_forward = true;
+  const OperationalSpaceController<7> both(params_);
+  auto other = both.MakeState();
+  EXPECT_EQ(torque, both.Update(input, &other).torque);
+}
+
 TEST_F(OperationalSpaceControllerTest, RandomSweepStaysFinite) {
   const OperationalSpaceController<7> dut{
       OperationalSpaceControllerParams<7>{}};

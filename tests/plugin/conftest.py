@@ -33,11 +33,13 @@ Arrays = dict[str, np.ndarray]
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _interrupts():
-    """Have Ctrl-C interrupt, which a shell turns off for what it starts in the
-    background; what tests start has it from here."""
+def _signals():
+    """Have Ctrl-C and a hang-up act, which a shell or nohup turns off for what it
+    starts in the background; what tests start has them from here."""
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def _arrays(scenario) -> tuple[np.ndarray, Arrays]:

@@ -112,6 +112,55 @@ TEST_F(RobotSideProxyTest, HoldsItsPlaceBeforeTheFirstMessage) {
   EXPECT_TRUE(state_.output.reference_force.isZero(0.0));
 }
 
+// However far the hand is: at the first message, after a loss of the link and
+// after one of the sensor.
+TEST_F(RobotSideProxyTest, NeverTravelsByItselfWithReclutch) {
+  RobotSideProxyParams params = Params();
+  params.reclutch = true;
+  const RobotSideProxy dut(params);
+  state_ = dut.MakeState();
+  input_.X_BE.R = ExpRotation({3.0, 0.1, 0.2});
+  const Pose start = input_.X_BE;
+  input_.message.pose.R = ExpRotation({0.4, -0.3, 0.2});
+  const auto run = [&](int ticks, const Vector3d& x_h, bool silent = false) {
+    for (int i = 0; i < ticks; ++i, ++tick_) {
+      if (i % 20 == 0 && !silent) Send(x_h);
+      dut.Update(time(), input_, &state_);
+      input_.X_BE = state_.output.proxy_pose;  // A robot that follows at once.
+    }
+  };
+  const auto travelled = [&](const Pose& from) {
+    return (state_.output.proxy_pose.p - from.p).norm() +
+           LogRotation(state_.output.proxy_pose.R * from.R.transpose()).norm();
+  };
+  run(500, {0.03, -0.02, 0.01});
+  EXPECT_LT(travelled(start), 1e-9);
+  // From there it goes by what the hand does, in the map's directions.
+  input_.message.pose.R = ExpRotation({0, 0, 0.2}) * input_.message.pose.R;
+  run(1500, {0.03, -0.02, 0.02});
+  const Pose moved = state_.output.proxy_pose;
+  EXPECT_TRUE((moved.p - start.p).isApprox(Vector3d(0, 0, 0.025), 1e-6));
+  EXPECT_TRUE(LogRotation(moved.R * start.R.transpose())
+                  .isApprox(Vector3d(0, 0, 0.2), 1e-3));
+  // What the hand is told lies where the hand is.
+  const Pose told = WorkspaceMap(params.map)
+                        .HapticProxy(dut.FromRobot(moved, state_).p,
+                                     dut.FromRobot(moved, state_).R);
+  EXPECT_TRUE(told.p.isApprox(input_.message.pose.p, 1e-6));
+  EXPECT_LT(LogRotation(told.R * input_.message.pose.R.transpose()).norm(),
+            1e-3);
+  run(1000, {}, true);
+  EXPECT_EQ(state_.output.link_status, LinkStatus::kLost);
+  run(500, {-0.05, 0.05, 0.0});
+  EXPECT_EQ(state_.output.link_status, LinkStatus::kConnected);
+  EXPECT_LT(travelled(moved), 1e-9);
+  input_.sensor_ready = false;
+  run(500, {0.01, 0.0, 0.03});
+  input_.sensor_ready = true;
+  run(500, {0.01, 0.0, 0.03});
+  EXPECT_LT(travelled(moved), 1e-9);
+}
+
 TEST_F(RobotSideProxyTest, SettlesAtEquation4) {
   // The device 4 mm down and 2 mm aside: the robot proxy 10 and 5 mm.
   input_.force_selection = z_;

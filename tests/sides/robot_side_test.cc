@@ -197,10 +197,61 @@ TEST_F(RobotSideTest, RefusedCyclesAddNothingToTheMeans) {
   EXPECT_EQ(state_.perception.force.means.samples, 2);
 }
 
+// What adapters do with a bad sample, for those who have none.
+TEST_F(RobotSideTest, HoldsItsPlaceOnceThereIsNoGoodWrench) {
+  const auto step = [this](int i, bool good, double age, bool hold) {
+    RobotSideInput<SerialArm<7>> input = Input(i);
+    input.selections = ContactSelections{.force = kAlongZ};
+    input.sensor_age = age;
+    input.hold = hold;
+    if (!good) input.sensed_wrench(1) = std::numeric_limits<double>::infinity();
+    dut_.Update(0.001 * i, input, &state_);
+  };
+  int i = 0;
+  for (; i < 300; ++i) step(i, true, 0, false);
+  EXPECT_EQ(state_.output.hold, HoldReason::kNone);
+  EXPECT_GT(state_.output.controller.contact_force.norm(), 1);
+  // Ten samples of which the last good one is not older than 10 ms.
+  for (const int end = i + 10; i < end; ++i) step(i, false, 0, false);
+  EXPECT_EQ(state_.output.hold, HoldReason::kBadInputs);
+  EXPECT_FALSE(state_.output.setpoint.force_selection.isZero());
+  EXPECT_GT(state_.output.controller.contact_force.norm(), 1);
+  for (const int end = i + 200; i < end; ++i) step(i, false, 0, false);
+  EXPECT_EQ(state_.output.bad_inputs, 210);
+  EXPECT_LT(state_.output.controller.contact_force.norm(), 1e-3);
+  EXPECT_TRUE(state_.output.setpoint.reference_force.isZero());
+  step(i++, true, 0, false);
+  EXPECT_EQ(state_.output.hold, HoldReason::kNone);
+  step(i++, true, 0.02, false);  // Too old.
+  EXPECT_EQ(state_.output.hold, HoldReason::kNoSensor);
+  step(i++, true, std::numeric_limits<double>::quiet_NaN(), false);
+  EXPECT_EQ(state_.output.hold, HoldReason::kNoSensor);
+  step(i++, true, 0.009, false);
+  EXPECT_EQ(state_.output.hold, HoldReason::kNone);
+  step(i++, true, 0, true);
+  EXPECT_EQ(state_.output.hold, HoldReason::kAsked);
+  for (const int end = i + 600; i < end; ++i) {
+    RobotSideInput<SerialArm<7>> input = Input(0);
+    dut_.Update(0.001 * i, input, &state_);
+  }
+  EXPECT_EQ(state_.output.hold, HoldReason::kNoLink);
+}
+
+TEST_F(RobotSideTest, ReclutchesWithSomeSchemes) {
+  RobotSideParams<SerialArm<7>> params;
+  params.proxy.reclutch = true;
+  params.Validate();
+  params.scheme = SchemeOf<TdpaScheme>;
+  EXPECT_EQ(ValidationError(params),
+            "RobotSideParams: field `proxy.reclutch` expected false for a "
+            "scheme whose robot goes to where the hand is, got 1");
+}
+
 TEST_F(RobotSideTest, RefusedCyclesCountOnceWhoeverRefuses) {
   dut_.Update(0, Input(0), &state_);
   RobotSideInput<SerialArm<7>> bad = Input(1);
-  bad.sensed_wrench(2) = std::numeric_limits<double>::quiet_NaN();
+  bad.v(2) = std::numeric_limits<double>::quiet_NaN();
+  bad.X_BE.R *= 2;
   dut_.Update(0.001, bad, &state_);
   EXPECT_EQ(state_.half.output().bad_inputs, 1);
   EXPECT_EQ(state_.controller.bad_inputs, 1);
@@ -213,7 +264,7 @@ TEST_F(RobotSideTest, RefusedCyclesCountOnceWhoeverRefuses) {
   EXPECT_EQ(state_.output.bad_inputs, 2);
   dut_.Update(0.003, Input(3), &state_);
   EXPECT_EQ(state_.output.bad_inputs, 2);
-  EXPECT_EQ(state_.half.output().sender_bad_inputs, 1);
+  EXPECT_EQ(state_.half.output().sender_bad_inputs, 2);
 }
 
 // It has its directions, the hand feels nothing of them; not without a link.

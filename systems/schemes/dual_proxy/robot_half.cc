@@ -46,13 +46,13 @@ void DualProxyRobotHalf::Update(double time, const RobotHalfInput& input,
                      .force_selection = input.force_selection,
                      .moment_selection = input.moment_selection};
   output.proxy_pose = proxy.proxy_pose;
-  output.message =
-      ToMessage(sender_.Update(time,
-                               {.pose = input.X_BE,
-                                .force_selection = CalcFelt(input),
-                                .moment_selection = input.moment_selection,
-                                .contact_normals = input.contact_normals},
-                               &state->sender));
+  output.message = ToMessage(
+      sender_.Update(time,
+                     {.pose = proxy_.FromRobot(input.X_BE, state->proxy),
+                      .force_selection = CalcFelt(input),
+                      .moment_selection = input.moment_selection,
+                      .contact_normals = input.contact_normals},
+                     &state->sender));
   output.link = state->proxy.link;
   output.bad_inputs = state->proxy.bad_inputs;
   output.limiter_bad_inputs = state->proxy.limiter.bad_inputs;

@@ -72,6 +72,7 @@ own proxy by its own controller. Its parameters are those of the two proxies. */
 struct DualProxyScheme {
   static constexpr const char* kName = "dual_proxy";
   static constexpr bool kUsesSelections = true;
+  static constexpr bool kReclutches = true;
   static constexpr MessageTag kToRobot = PoseMessage::kTag;
   static constexpr MessageTag kToDevice = PoseMessage::kTag;
   using Params = NoParams;

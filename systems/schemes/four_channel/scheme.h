@@ -249,6 +249,7 @@ light. */
 struct FourChannelScheme {
   static constexpr const char* kName = "four_channel";
   static constexpr bool kUsesSelections = false;
+  static constexpr bool kReclutches = false;
   static constexpr MessageTag kToRobot = FourChannelToRobot::kTag;
   static constexpr MessageTag kToDevice = FourChannelToDevice::kTag;
   using Params = FourChannelParams;

@@ -119,11 +119,12 @@ void ModelMediatedRobotHalf::Update(double time, const RobotHalfInput& input,
                      .moment_selection = input.moment_selection};
   output.proxy_pose = proxy.proxy_pose;
   const SurfaceEstimatorState& surface = state->surface;
+  const Pose point{.p = input.X_BE.p - surface.depth * surface.normal};
   output.message = ToMessage(
       sender_.Update(time,
                      {.contact = surface.contact,
                       .normal = surface.normal,
-                      .point = input.X_BE.p - surface.depth * surface.normal,
+                      .point = proxy_.FromRobot(point, state->proxy).p,
                       .stiffness = estimator_.stiffness(surface)},
                      &state->sender));
   output.link = state->proxy.link;

@@ -251,6 +251,7 @@ Journal of Robotics Research 27, 2008). */
 struct ModelMediatedScheme {
   static constexpr const char* kName = "model_mediated";
   static constexpr bool kUsesSelections = true;
+  static constexpr bool kReclutches = true;
   static constexpr MessageTag kToRobot = ModelMediatedMotionMessage::kTag;
   static constexpr MessageTag kToDevice = ModelMediatedSurfaceMessage::kTag;
   using Params = ModelMediatedParams;

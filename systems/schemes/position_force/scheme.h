@@ -102,6 +102,7 @@ to the robot, the force sensed there comes straight back. */
 struct PositionForceScheme {
   static constexpr const char* kName = "position_force";
   static constexpr bool kUsesSelections = false;
+  static constexpr bool kReclutches = true;
   static constexpr MessageTag kToRobot = PoseMessage::kTag;
   static constexpr MessageTag kToDevice = ForceMessage::kTag;
   using Params = PositionForceParams;

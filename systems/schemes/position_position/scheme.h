@@ -141,6 +141,7 @@ T1 and T2 the delays, each with a message's interval and a control period. */
 struct PositionPositionScheme {
   static constexpr const char* kName = "position_position";
   static constexpr bool kUsesSelections = false;
+  static constexpr bool kReclutches = false;
   static constexpr MessageTag kToRobot = kPositionPositionTag;
   static constexpr MessageTag kToDevice = kPositionPositionTag;
   using Params = PositionPositionParams;

@@ -292,6 +292,7 @@ damping. Energies are in the link's joules, in the robot's scale. */
 struct TdpaScheme {
   static constexpr const char* kName = "tdpa";
   static constexpr bool kUsesSelections = false;
+  static constexpr bool kReclutches = false;
   static constexpr MessageTag kToRobot = TdpaMotionMessage::kTag;
   static constexpr MessageTag kToDevice = TdpaForceMessage::kTag;
   using Params = TdpaParams;

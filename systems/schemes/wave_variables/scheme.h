@@ -239,6 +239,7 @@ at longer delays, and 0.2 kg of felt mass
 struct WaveVariablesScheme {
   static constexpr const char* kName = "wave_variables";
   static constexpr bool kUsesSelections = false;
+  static constexpr bool kReclutches = false;
   static constexpr MessageTag kToRobot = WaveToRobot::kTag;
   static constexpr MessageTag kToDevice = WaveToDevice::kTag;
   using Params = WaveVariablesParams;

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <optional>
+
+#include "dual_proxy/drivers/driver.h"
+#include "dual_proxy/drivers/robot_cycle.h"
+#include "messages.h"
+#include "params.h"
+
+namespace dual_proxy {
+
+namespace {
+
+void BindRobotCycle(py::module_& m) {
+  using S = RobotCycleState;
+  BindState<S>(m, "RobotCycleState",
+               "Memory of RobotCycle, and the results of the last cycle.")
+      .def_property_readonly(
+          "torque", [](const S& self) { return Vector7(self.torque()); },
+          "(7,), N m, for the arm")
+      .def_property_readonly(
+          "message",
+          [](const S& self) { return MessageToPython(self.message()); },
+          "for the haptic side")
+      .def_property_readonly(
+          "pose", [](const S& self) { return self.X_BE; },
+          "Pose: X_BE. A copy.")
+      .def_readonly("side", &S::side, "RobotSideState. Not a copy.")
+      .def_property_readonly(
+          "sensor", [](const S& self) { return self.sensor; },
+          "ForceTorqueAdapterState. A copy.");
+
+  using C = RobotCycle;
+  py::class_<C>(m, "RobotCycle",
+                "All that a process which has a real arm does in a period, but "
+                "for reading and writing:\nthe model's terms, the sensor's "
+                "adapter, the robot side.")
+      .def(
+          py::init([](const RobotSideParams<SerialArm<7>>& side,
+                      const ArmModelParams<7>& model,
+                      const ForceTorqueAdapterParams& sensor,
+                      const py::object& p_SE) {
+            return C({.side = side,
+                      .model = model,
+                      .sensor = sensor,
+                      .p_SE = Vec3(p_SE, "p_SE")});
+          }),
+          py::kw_only(), py::arg("side"), py::arg("model"), py::arg("sensor"),
+          py::arg("p_SE"),
+          "side: RobotSideParams; model: ArmModelParams, of the arm with all "
+          "that is beyond its flange;\nsensor: ForceTorqueAdapterParams, whose "
+          "period is the side's; p_SE: (3,), m, in the sensor's\nframe S: from "
+          "its origin to the tool point E.")
+      .def_property_readonly("period", &C::period, "s")
+      .def("make_state", &C::MakeState, py::arg("seed") = 0,
+           py::arg("angular_seed") = 1, "With the seeds of the filters.")
+      .def(
+          "restart",
+          [](const C& self, S& state, std::uint64_t seed,
+             std::uint64_t angular_seed) {
+            self.Restart(&state, seed, angular_seed);
+          },
+          py::arg("state"), py::arg("seed") = 0, py::arg("angular_seed") = 1,
+          "As after a start, but that the sensor's bias stays known: the arm "
+          "has been stopped, and may be\nsomewhere else.")
+      .def(
+          "update",
+          [](const C& self, double time, const py::object& q,
+             const py::object& v, const py::object& message, S& state,
+             double sensor_time, bool sensor_valid, const py::object& measured,
+             const py::object& received_torque, bool hold, bool tare) {
+            std::optional<Vector7> received;
+            if (!received_torque.is_none()) {
+              received = AsFixed<Vector7>(received_torque, "received_torque");
+            }
+            self.Update(
+                time,
+                {.q = AsFixed<Vector7>(q, "q"),
+                 .v = AsFixed<Vector7>(v, "v"),
+                 .received_torque = received,
+                 .message = MessageFromPython(message),
+                 .sensor = {.time = sensor_time,
+                            .valid = sensor_valid,
+                            .value = AsFixed<Vector6>(measured, "measured")},
+                 .hold = hold,
+                 .tare = tare},
+                &state);
+          },
+          py::arg("time"), py::arg("q"), py::arg("v"), py::arg("message"),
+          py::arg("state"), py::kw_only(), py::arg("sensor_time"),
+          py::arg("sensor_valid"), py::arg("measured"),
+          py::arg("received_torque") = py::none(), py::arg("hold") = false,
+          py::arg("tare") = false,
+          "Advances `state` by one period. time: s, not decreasing, "
+          "time.monotonic(); q, v: (7,), rad, rad/s;\nmessage: the newest from "
+          "the haptic side, stamped by this machine's clock; sensor_time: s, "
+          "sensor_valid,\nmeasured: (6,) [force; moment], N, N m, in S, of the "
+          "arm on the tool; received_torque: (7,), N m,\nwhat the arm got "
+          "last, "
+          "or None; hold: whether the robot is to hold its place; tare: "
+          "whether "
+          "the\nsensor's bias is to be learned anew.");
+}
+
+}  // namespace
+
+void BindDrivers(py::module_& m) { BindRobotCycle(m); }
+
+}  // namespace dual_proxy
