@@ -4,6 +4,7 @@
 namespace dual_proxy {
 
 void BindLink(pybind11::module_& m);
+void BindWire(pybind11::module_& m);
 void BindProxy(pybind11::module_& m);
 void BindPerception(pybind11::module_& m);
 void BindControl(pybind11::module_& m);
@@ -24,6 +25,7 @@ void BindFilterTrial(pybind11::module_& m);
 PYBIND11_MODULE(_core, m) {
   m.doc() = "The Drake-free algorithms of dual_proxy.";
   dual_proxy::BindLink(m);
+  dual_proxy::BindWire(m);
   dual_proxy::BindProxy(m);
   dual_proxy::BindPerception(m);
   dual_proxy::BindControl(m);
