@@ -26,6 +26,7 @@ from typing import Any, NoReturn
 
 from dual_proxy.bench.pages import markdown_table
 from dual_proxy.claims import limit_text, statement, verdict_text
+from dual_proxy.link import SIDES, LinkError
 from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
 from dual_proxy.recording import RECORDING_EXAMPLE, RECORDING_FORMAT
 from dual_proxy.run import (
@@ -62,6 +63,7 @@ examples:
   dual-proxy reproduce --quick
   dual-proxy bench filter --quick
   dual-proxy bench engine --quick
+  dual-proxy keys out/keys --robot-host 192.168.1.10 --haptic-host 192.168.1.20
 """
 
 
@@ -207,6 +209,8 @@ def _main(arguments: Sequence[str] | None) -> int:
             return _bench(options)
         if options.command == "compare":
             return _compare(options)
+        if options.command == "keys":
+            return _keys(options)
         if options.command == "reproduce":
             return _reproduce(options)
         if options.command == "stress":
@@ -214,7 +218,7 @@ def _main(arguments: Sequence[str] | None) -> int:
         return _run(options)
     except SystemExit as end:  # Of the parser, whose output may not be out yet.
         return end.code if isinstance(end.code, int) else 0
-    except (ScenarioError, ImportError) as error:
+    except (ScenarioError, LinkError, ImportError) as error:
         return _fail(_describe(error), _BAD_INPUT)
     except (OSError, MemoryError, KeyboardInterrupt) as error:
         return _fail(_describe(error), _RUN_FAILED)
@@ -294,6 +298,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_reproduce(commands)
     _add_bench(commands)
     _add_stress(commands)
+    _add_keys(commands)
     return parser
 
 
@@ -548,6 +553,48 @@ def _stress(options: argparse.Namespace) -> int:
             f"{failures[0].case.number}: {failures[0].wrong}",
             _RUN_FAILED,
         )
+    return 0
+
+
+def _add_keys(commands: Any) -> None:
+    command = commands.add_parser(
+        "keys",
+        help="make the keys with which both sides of a link know each other",
+        epilog="New keys are for both sides: what signed them is not kept.",
+    )
+    add = command.add_argument
+    add(
+        "directory", type=_folder, metavar="DIR", help="new folder for both sides' keys"
+    )
+    for side in SIDES:
+        add(
+            f"--{side}-host",
+            type=_names,
+            metavar="HOST,...",
+            help=f"names or IP addresses of the {side} side's machine (default: this "
+            "machine only, localhost and 127.0.0.1)",
+        )
+    add("--days", type=int, metavar="N", help="how long they are valid (default: 365)")
+
+
+def _keys(options: argparse.Namespace) -> int:
+    # Here, as it needs the extra `hardware`.
+    from dual_proxy.link.keys import DAYS, LOCAL_HOSTS, make_keys
+
+    hosts = {side: getattr(options, f"{side}_host") or LOCAL_HOSTS for side in SIDES}
+    last = make_keys(
+        options.directory,
+        robot_hosts=hosts["robot"],
+        haptic_hosts=hosts["haptic"],
+        days=DAYS if options.days is None else options.days,
+    )
+    print(f"valid until {last:%Y-%m-%d %H:%M} UTC")
+    for side in SIDES:
+        print(
+            f"{options.directory / side}: copy it to the {side} side's machine "
+            f"({', '.join(hosts[side])}), and to no other"
+        )
+    print("Whoever has a key.pem can pass for that side. Keep none here.")
     return 0
 
 

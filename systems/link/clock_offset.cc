@@ -51,9 +51,17 @@ void ClockOffset::Update(double time, double echo_time, double echo_age,
   }
   state->contradictions = 0;
   state->agreed_time = time;
-  state->samples[state->next] = sample;
-  state->next = (state->next + 1) % params_.samples;
-  state->size = std::min(state->size + 1, params_.samples);
+  const double since = time - state->newest_time;
+  if (state->size > 0 && since >= 0 && since < params_.spacing) {
+    Sample& newest =
+        state->samples[(state->next + params_.samples - 1) % params_.samples];
+    if (sample.round_trip < newest.round_trip) newest = sample;
+  } else {
+    state->newest_time = time;
+    state->samples[state->next] = sample;
+    state->next = (state->next + 1) % params_.samples;
+    state->size = std::min(state->size + 1, params_.samples);
+  }
 
   // The shortest first.
   std::array<Sample, ClockOffsetParams::kMaxSamples> newest;

@@ -11,6 +11,7 @@ namespace dual_proxy {
 struct ClockOffsetParams {
   int samples{100};
   int min_samples{10};
+  double spacing{0.015};
   double max_age{10.0};
   double share{0.1};
   double max_slew{1e-3};
@@ -30,6 +31,9 @@ struct ClockOffsetParams {
     a->Visit(Field("min_samples", &min_samples,
                    Between(1, {1.0 * samples, "samples"}), "",
                    "round trips before there is an estimate"));
+    a->Visit(Field("spacing", &spacing, AtLeast(0), "s",
+                   "round trips that end within this count as one, the "
+                   "shortest: a burst of late ones is not many"));
     a->Visit(Field("max_age", &max_age, Above(0), "s",
                    "round trips that ended longer ago are forgotten"));
     a->Visit(Field("share", &share, Between(Open(0), 1), "",
@@ -68,6 +72,7 @@ struct ClockOffsetState {
   /** s, own clock, of the last round trip that did not, and of the last. */
   double agreed_time{0};
   double last_time{0};
+  double newest_time{0};  ///< When the newest of `samples` began to count, s.
   std::array<Sample, ClockOffsetParams::kMaxSamples> samples{};
   int size{0};  ///< Of `samples`: how many there are,
   int next{0};  ///< and where the next goes.

@@ -54,7 +54,13 @@ class ClockOffsetTest : public ::testing::Test {
     return worst;
   }
 
-  ClockOffset dut_{ClockOffsetParams{}};
+  static ClockOffsetParams EachCounts() {
+    ClockOffsetParams params;
+    params.spacing = 0;
+    return params;
+  }
+
+  ClockOffset dut_{EachCounts()};
   ClockOffsetState state_{dut_.MakeState()};
   RandomStream random_{3};
   double time_{1000};
@@ -190,6 +196,19 @@ TEST_F(ClockOffsetTest, RefusesWhatIsNoRoundTrip) {
   EXPECT_GE(state_.bad_inputs, 12);
   Run(100);
   EXPECT_NEAR(state_.offset, OffsetNow(), 1e-6);
+}
+
+// Five hundred that come at once after a second and a half.
+TEST_F(ClockOffsetTest, ABurstIsOneRoundTrip) {
+  Run(200);
+  const double start = time_;
+  const ClockOffset dut{ClockOffsetParams{}};
+  for (int i = 0; i < 500; ++i) {
+    dut.Update(start + 1.5 + 1e-5 * i, start + 0.002 * i, 0,
+               PeerTime(start + 0.002 * i + 0.025), &state_);
+  }
+  EXPECT_EQ(state_.jumps, 0);
+  EXPECT_NEAR(state_.round_trip, 0.05, 1e-6);
 }
 
 TEST_F(ClockOffsetTest, AllocatesNothing) {

@@ -140,7 +140,8 @@ TEST_F(LinkEndTest, MessagesComeWithTimesByTheOwnClock) {
   EXPECT_EQ(robot_.state.lost, 0);
   EXPECT_GT(robot_.verdicts(FrameVerdict::kAccepted), 80);
   // A round trip until the robot knows that it is heard, and ten for clocks.
-  EXPECT_EQ(robot_.verdicts(FrameVerdict::kUntimed), 9);
+  EXPECT_GE(robot_.verdicts(FrameVerdict::kUntimed), 9);
+  EXPECT_LE(robot_.verdicts(FrameVerdict::kUntimed), 12);
   EXPECT_GT(robot_.verdicts(FrameVerdict::kUnproven), 0);
 }
 

@@ -11,7 +11,7 @@ import datetime
 import ipaddress
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -38,6 +38,8 @@ DAYS = 365
 LOCAL_HOSTS = ("localhost", "127.0.0.1")
 # A machine whose clock is late is to take them, too.
 _LATE = datetime.timedelta(days=1)
+# Either side may listen.
+_EITHER_END = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]
 
 
 class SideKeys(NamedTuple):
@@ -96,40 +98,33 @@ def make_keys(
     signed_by = x509.AuthorityKeyIdentifier.from_issuer_public_key(
         authority_key.public_key()
     )
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    # All or nothing.
-    with tempfile.TemporaryDirectory(dir=folder.parent) as scratch:
-        draft = Path(scratch) / "keys"
-        draft.mkdir(mode=0o700)
-        for side, alternatives in names.items():
-            key = ec.generate_private_key(ec.SECP256R1())
-            both_roles = [
-                ExtendedKeyUsageOID.SERVER_AUTH,
-                ExtendedKeyUsageOID.CLIENT_AUTH,
-            ]
-            certificate = (
-                _builder(_name(common_name(side)), key, now, last)
-                .issuer_name(issuer)
-                .add_extension(signed_by, critical=False)
-                .add_extension(x509.BasicConstraints(False, None), critical=True)
-                .add_extension(_key_usage(signs_certificates=False), critical=True)
-                .add_extension(x509.ExtendedKeyUsage(both_roles), critical=False)
-                .add_extension(
-                    x509.SubjectAlternativeName(alternatives), critical=False
-                )
-                .sign(authority_key, hashes.SHA256())
-            )
-            (draft / side).mkdir(mode=0o700)
-            pem = serialization.Encoding.PEM
-            secret = key.private_bytes(
+    pem = serialization.Encoding.PEM
+    files: dict[str, dict[str, bytes]] = {}
+    for side, alternatives in names.items():
+        key = ec.generate_private_key(ec.SECP256R1())
+        certificate = (
+            _builder(_name(common_name(side)), key, now, last)
+            .issuer_name(issuer)
+            .add_extension(signed_by, critical=False)
+            .add_extension(x509.BasicConstraints(False, None), critical=True)
+            .add_extension(_key_usage(signs_certificates=False), critical=True)
+            .add_extension(x509.ExtendedKeyUsage(_EITHER_END), critical=False)
+            .add_extension(x509.SubjectAlternativeName(alternatives), critical=False)
+            .sign(authority_key, hashes.SHA256())
+        )
+        files[side] = {
+            "ca.pem": authority.public_bytes(pem),
+            "certificate.pem": certificate.public_bytes(pem),
+            "key.pem": key.private_bytes(
                 pem,
                 serialization.PrivateFormat.PKCS8,
                 serialization.NoEncryption(),
-            )
-            _write(draft / side / "ca.pem", authority.public_bytes(pem))
-            _write(draft / side / "certificate.pem", certificate.public_bytes(pem))
-            _write(draft / side / "key.pem", secret)
-        draft.rename(folder)
+            ),
+        }
+    try:
+        _make_folder(folder, files)
+    except OSError as error:
+        raise LinkError(f"{folder}: {error.strerror}") from None
     return last
 
 
@@ -147,13 +142,13 @@ def check_keys(folder: Path, side: str) -> SideKeys:
     )
     ca = _load_certificate(ca_file)
     certificate = _load_certificate(certificate_file)
-    mode = key_file.stat().st_mode & 0o777 if key_file.exists() else 0
+    secret = _read(key_file)
+    mode = key_file.stat().st_mode & 0o777
     if mode & 0o077:
         raise LinkError(
             f"keys: {key_file} may be read by others (mode {mode:04o}, expected 0600); "
             f"chmod 600 {key_file}"
         )
-    secret = _read(key_file)
     try:
         key = serialization.load_pem_private_key(secret, password=None)
     except (ValueError, TypeError) as error:
@@ -249,11 +244,20 @@ def _builder(
     )
 
 
-def _write(file: Path, data: bytes) -> None:
-    """Write a new file that nobody else can read, from the first byte on."""
-    descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    with os.fdopen(descriptor, "wb") as stream:
-        stream.write(data)
+def _make_folder(folder: Path, files: Mapping[str, Mapping[str, bytes]]) -> None:
+    """Make all of it or nothing, from the first byte on for its owner alone."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent) as scratch:
+        draft = Path(scratch) / "keys"
+        draft.mkdir(mode=0o700)
+        for side, contents in files.items():
+            (draft / side).mkdir(mode=0o700)
+            for name, data in contents.items():
+                flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
+                descriptor = os.open(draft / side / name, flags, 0o600)
+                with os.fdopen(descriptor, "wb") as stream:
+                    stream.write(data)
+        draft.rename(folder)
 
 
 def _read(file: Path) -> bytes:

@@ -110,9 +110,9 @@ class Transport:
             )
         except zenoh.ZError as error:
             what = "listen on" if self._listens else "connect to"
-            raise LinkError(
-                f"cannot {what} {self._address}: {one_line(error, 300)}"
-            ) from None
+            # Without the place in its source.
+            reason = one_line(error).partition(" at /")[0]
+            raise LinkError(f"cannot {what} {self._address}: {reason}") from None
 
     def __enter__(self) -> Transport:
         return self
@@ -152,33 +152,33 @@ class Transport:
         Costs a system call or two; what it knows of the other machine it asked for in
         the call before.
         """
-        reasons = []
+        other = _other(self._side)
         if not self._listens:
             self._ask()
-            if self._refused:
-                reasons.append(
-                    f"nothing listens there on UDP port {self._port}: the "
-                    f"{_other(self._side)} side is not started, or listens elsewhere"
-                )
-        if not self._refused:
-            reasons.append(f"the {_other(self._side)} side is not started")
-            reasons.append(f"it uses another port than {self._port}, or another host")
-            reasons.append(f"a firewall drops UDP on port {self._port}")
-        if self._keys is not None:
-            reasons.append(
-                "its keys were not made together with these (`dual-proxy keys`), or "
-                "have expired, or its clock is wrong"
+        if self._refused:
+            return (
+                f"nothing takes UDP on port {self._port} there: the {other} side is "
+                "not started or listens elsewhere, or a firewall rejects it"
             )
-            if self._listens:
-                hosts = ", ".join(self._keys.hosts)
-                reasons.append(
-                    f"it connects by another name than this certificate has ({hosts})"
-                )
-            else:
-                reasons.append(f"its certificate does not name {self._host}")
-        else:
+        reasons = [
+            f"the {other} side is not started",
+            f"it uses another port than {self._port}, or another host",
+            f"a firewall drops UDP on port {self._port}",
+        ]
+        if self._keys is None:
             reasons.append("it is not started with --insecure")
-        return "; ".join(reasons)
+            return "; ".join(reasons)
+        trust = [
+            "its keys were not made together with these (`dual-proxy keys`), or have "
+            "expired, or its clock is wrong"
+        ]
+        if self._listens:
+            hosts = ", ".join(self._keys.hosts)
+            trust.append(f"it connects by a name that is not in these keys ({hosts})")
+            return "; ".join(reasons + trust)
+        # Something may well be there.
+        trust.append(f"its keys do not name {self._host}")
+        return "; ".join(trust + reasons)
 
     def is_same_side(self) -> bool:
         """Whether a peer is of this very side, which cannot be talked to."""
