@@ -3,7 +3,7 @@
 
 python link_side.py SIDE listen|connect HOST:PORT KEYS|-
 
-Messages have their sequence as position. Prints a line of JSON every 50 ms.
+Messages have their sequence as position, in mm. Prints a line of JSON every 50 ms.
 """
 
 import json
@@ -37,7 +37,7 @@ def main() -> None:
             link.send(
                 time.monotonic(),
                 dp.PoseMessage(
-                    sequence=tick, send_time=now, pose=dp.Pose([tick, 0, 0])
+                    sequence=tick, send_time=now, pose=dp.Pose([1e-3 * tick, 0, 0])
                 ),
                 dp.LinkFrame.CLUTCH,
             )

@@ -37,6 +37,8 @@ RING = 16
 _LEASE = 2000
 # ms: between two attempts to connect, the first and the longest.
 _RETRY = (100, 500)
+# ms: for opening a connection, which takes four round trips. Closing waits for it.
+_OPENING = 3000
 # Bytes of the longest message that is taken.
 _LONGEST = 4096
 
@@ -190,7 +192,8 @@ class Transport:
         return f"{what} {self._address}"
 
     def close(self) -> None:
-        """Close the connection; may be called again."""
+        """Close the connection; may be called again. Takes up to 3 s while nobody is
+        there to connect to."""
         if self._probe is not None:
             self._probe.close()
             self._probe = None
@@ -235,8 +238,8 @@ class Transport:
             "scouting/multicast/enabled": False,
             "scouting/gossip/enabled": False,
             "transport/shared_memory/enabled": False,
-            "transport/unicast/open_timeout": _LEASE,
-            "transport/unicast/accept_timeout": _LEASE,
+            "transport/unicast/open_timeout": _OPENING,
+            "transport/unicast/accept_timeout": _OPENING,
             "transport/link/tx/lease": _LEASE,
             "transport/link/rx/max_message_size": _LONGEST,
             "transport/link/protocols": ["quic" if secure else "udp"],
