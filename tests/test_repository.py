@@ -38,6 +38,7 @@ def test_all_public_names_exist():
         "docs/benchmarks.md",
         "docs/notes_on_the_paper.md",
         "docs/comparison.md",
+        "docs/link.md",
         "docs/reproduction.md",
         "docs/use_from_cpp.md",
     ],

@@ -98,7 +98,7 @@ class Transport:
         self._refused = False
         inbound, outbound = (f"dual_proxy/to_{name}" for name in (side, _other(side)))
         try:
-            self._session = zenoh.open(self._config(inbound, outbound))
+            self._session: Any = zenoh.open(self._config(inbound, outbound))
             self._inbound = self._session.declare_subscriber(
                 inbound, zenoh.handlers.RingChannel(RING)
             )
