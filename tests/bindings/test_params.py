@@ -196,6 +196,8 @@ def make(algorithm):
         return algorithm(dp.WorkspaceMapParams())
     if algorithm is _core.OperatorPath:
         return algorithm([0, 1], np.zeros((3, 2)))
+    if algorithm is _core.LinkEnd:
+        return algorithm("to_robot")
     return algorithm()
 
 
