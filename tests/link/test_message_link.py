@@ -218,7 +218,7 @@ def test_why_there_is_no_other_side_is_said_within_two_seconds(made, tmp_path, s
         assert one.statistics()["peers"] == []
         assert two.statistics()["peers"] == []
     assert not robot.received + alone.received + doubled.received
-    assert 1.9 < said_after < 4
+    assert 1.8 < said_after < 4
     assert "no haptic side for" in robot.trouble
     assert f", listening on {address}: " in robot.trouble
     assert "keys were not made together" in robot.trouble
@@ -476,6 +476,17 @@ def test_what_makes_no_link_is_refused(arguments, said):
     usual = {"side": "robot", "listen": "127.0.0.1:7447", "insecure": True}
     with pytest.raises(LinkError, match=said):
         Transport(**{**usual, **arguments})
+
+
+def test_a_link_that_is_closed_takes_and_gives_nothing(address):
+    link = MessageLink("robot", listen=address, insecure=True)
+    link.close()
+    link.close()
+    link.send(1.0, dp.PoseMessage(sequence=0))
+    assert link.receive(1.0) is None
+    assert link.trouble(1.0) == ""
+    assert "haptic side is not started" in link.trouble(9.0)
+    assert link.statistics()["peers"] == []
 
 
 def test_an_address_in_use_is_said(made, address):

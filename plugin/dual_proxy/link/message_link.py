@@ -29,8 +29,8 @@ from dual_proxy.link.transport import Transport
 
 __all__ = ["PATIENCE", "MessageLink"]
 
-#: s without the other side until `trouble` says so.
-PATIENCE = 2.0
+#: s without the other side until `trouble` says so: before 2 are over.
+PATIENCE = 1.9
 # s between two looks at what is wrong.
 _LOOK = 0.5
 

@@ -124,18 +124,18 @@ class Transport:
 
     def send(self, data: bytes) -> None:
         """Send, if there is somebody and nothing is jammed; else drop."""
-        # Of a session that is closing.
-        with contextlib.suppress(zenoh.ZError):
+        with contextlib.suppress(zenoh.ZError):  # It is closed.
             self._outbound.put(data)
 
     def receive(self) -> list[bytes]:
         """Take what has come since the last call, the newest RING of it, in order."""
         taken = []
-        for _ in range(RING):
-            sample = self._inbound.try_recv()
-            if sample is None:
-                break
-            taken.append(sample.payload.to_bytes())
+        with contextlib.suppress(zenoh.ZError):  # It is closed.
+            for _ in range(RING):
+                sample = self._inbound.try_recv()
+                if sample is None:
+                    break
+                taken.append(sample.payload.to_bytes())
         return taken
 
     def peers(self) -> list[str]:
@@ -241,6 +241,8 @@ class Transport:
             "transport/unicast/open_timeout": _OPENING,
             "transport/unicast/accept_timeout": _OPENING,
             "transport/link/tx/lease": _LEASE,
+            # us: a loop is not to wait for a jam.
+            "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 0,
             "transport/link/rx/max_message_size": _LONGEST,
             "transport/link/protocols": ["quic" if secure else "udp"],
         }
