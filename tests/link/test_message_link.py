@@ -478,6 +478,11 @@ def test_what_makes_no_link_is_refused(arguments, said):
         Transport(**{**usual, **arguments})
 
 
+def test_no_certificate_is_checked_of_an_ipv6_address(made):
+    with pytest.raises(LinkError, match="IPv6 address, got ::1; connect to a name"):
+        Transport("haptic", connect="[::1]:7447", keys=made / "haptic")
+
+
 def test_a_link_that_is_closed_takes_and_gives_nothing(address):
     link = MessageLink("robot", listen=address, insecure=True)
     link.close()

@@ -87,6 +87,11 @@ class Transport:
         self._keys: SideKeys | None = None
         if keys is not None:
             self._keys = check_keys(keys, side)
+            if not self._listens and ":" in self._host:
+                raise LinkError(
+                    "address: Zenoh checks no certificate of an IPv6 address, got "
+                    f"{self._host}; connect to a name for it, or to IPv4"
+                )
         else:
             self._host = _loopback(self._host)
             print(
