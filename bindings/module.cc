@@ -17,6 +17,7 @@ void BindFaces(pybind11::module_& m);
 void BindScenarios(pybind11::module_& m);
 void BindExperiment(pybind11::module_& m);
 void BindFilterTrial(pybind11::module_& m);
+void BindOmega(pybind11::module_& m);
 
 }  // namespace dual_proxy
 
@@ -38,4 +39,5 @@ PYBIND11_MODULE(_core, m) {
   dual_proxy::BindFaces(m);
   dual_proxy::BindExperiment(m);
   dual_proxy::BindFilterTrial(m);
+  dual_proxy::BindOmega(m);
 }

@@ -49,10 +49,10 @@ bool IsPossible(const HandleState& state) {
           within(state.gripper_opening, kMostOpening));
 }
 
-bool TryRealTime() noexcept {
+bool TryRealTime(pthread_t thread) noexcept {
   sched_param param{};
   param.sched_priority = kPriority;
-  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0;
+  return pthread_setschedparam(thread, SCHED_FIFO, &param) == 0;
 }
 
 Eigen::Vector3d LimitSize(const Eigen::Vector3d& value, double most) {
@@ -110,6 +110,7 @@ void HapticDeviceThread::Open() {
     hardware_->Close();
     throw DriverError(std::string("No thread for the device: ") + error.what());
   }
+  real_time_ = TryRealTime(thread_.native_handle());
   open_ = true;
 }
 
@@ -182,7 +183,6 @@ HapticDeviceThread::Command HapticDeviceThread::Limited(
 }
 
 void HapticDeviceThread::Serve() noexcept {
-  real_time_ = TryRealTime();
   try {
     ServeUntilStopped();
   } catch (const std::exception& error) {
