@@ -41,6 +41,7 @@ def test_all_public_names_exist():
         "docs/link.md",
         "docs/reproduction.md",
         "docs/use_from_cpp.md",
+        "docs/omega.md",
     ],
 )
 def test_paths_in_documents_exist(page):

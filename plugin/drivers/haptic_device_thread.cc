@@ -23,6 +23,9 @@ namespace {
 constexpr double kLostAfter = 0.1;
 constexpr double kStatusPeriod = 0.1;
 
+// s: for a device that was opened to be read.
+constexpr double kFirstReading = 1;
+
 // Above what applications use, below the kernel's own threads.
 constexpr int kPriority = 80;
 
@@ -78,19 +81,17 @@ void HapticDeviceThread::Open() {
   const std::lock_guard lock(open_mutex_);
   CloseLocked();
   hardware_->Open();
-  const double time = MonotonicTime();
-  HandleState state;
-  if (!hardware_->Read(&state) || !IsPossible(state)) {
-    const std::string problem =
-        hardware_->name() +
-        ": cannot be read after it was opened: " + hardware_->GetLastError();
+  if (!AwaitReading()) {
+    const std::string error = hardware_->GetLastError();
+    const std::string problem = hardware_->name() +
+                                ": was opened, but cannot be read" +
+                                (error.empty() ? "" : " (" + error + ")");
     hardware_->Close();
     throw DriverError(problem);
   }
-  newest_ = {.time = time, .valid = true, .value = state};
   readings_.Set(newest_);
   commands_.Set({});
-  has_gripper_ = std::isfinite(state.gripper_opening);
+  has_gripper_ = std::isfinite(newest_.value.gripper_opening);
   counters_.cycles = 0;
   counters_.overruns = 0;
   counters_.watchdogs = 0;
@@ -112,6 +113,23 @@ void HapticDeviceThread::Open() {
   }
   real_time_ = TryRealTime(thread_.native_handle());
   open_ = true;
+}
+
+// Velocities are estimated over a window of time, and may fail until it is
+// full.
+bool HapticDeviceThread::AwaitReading() {
+  const double start = MonotonicTime();
+  while (true) {
+    const double time = MonotonicTime();
+    HandleState state;
+    if (hardware_->Read(&state) && IsPossible(state)) {
+      newest_ = {.time = time, .valid = true, .value = state};
+      return true;
+    }
+    if (time - start > kFirstReading) return false;
+    hardware_->Write(Vector6::Zero(), 0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
 }
 
 void HapticDeviceThread::Close() noexcept {

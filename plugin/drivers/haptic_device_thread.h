@@ -146,6 +146,7 @@ class HapticDeviceThread : public HapticDeviceDriver {
   };
 
   void CloseLocked() noexcept;
+  bool AwaitReading();
   void Serve() noexcept;
   void ServeUntilStopped();
   void SetFault(const std::string& fault);

@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockOffset', 'ClockOffsetParams', 'ClockOffsetState', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkEnd', 'LinkEndParams', 'LinkEndState', 'LinkFrame', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'decode_frame', 'describe_wire_error', 'encode_frame', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'DriverError', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HandleReading', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticDeviceCounters', 'HapticDeviceThreadParams', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OmegaDevice', 'OmegaDeviceParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -614,373 +614,6 @@ class LinkMonitor:
         """
     @property
     def params(self) -> LinkMonitorParams:
-        ...
-class LinkFrame:
-    """
-    What two processes exchange: a message, and what its receiver needs to trust it
-    (docs/link.md).
-    """
-    CLUTCH: typing.ClassVar[int] = 1
-    FAULT: typing.ClassVar[int] = 4
-    HOLDING: typing.ClassVar[int] = 2
-    SIZE: typing.ClassVar[int] = 416
-    VERSION: typing.ClassVar[int] = 1
-    def __copy__(self) -> LinkFrame:
-        ...
-    def __deepcopy__(self, memo: dict) -> LinkFrame:
-        ...
-    def __init__(self) -> None:
-        ...
-    @property
-    def direction(self) -> str:
-        """
-        "to_robot" or "to_haptic".
-        """
-    @direction.setter
-    def direction(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def echo_age(self) -> float:
-        """
-        How long ago it came, s, >= 0.
-        """
-    @echo_age.setter
-    def echo_age(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def echo_session(self) -> int:
-        """
-        Of the newest frame that the sender has; 0: it has none.
-        """
-    @echo_session.setter
-    def echo_session(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def echo_time(self) -> float:
-        """
-        `time` of that frame, s.
-        """
-    @echo_time.setter
-    def echo_time(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def flags(self) -> int:
-        """
-        1: clutch pressed, 2: holding, 4: fault; or a sum.
-        """
-    @flags.setter
-    def flags(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def message(self) -> Message:
-        """
-        A Message; sequence -1: none yet. A copy.
-        """
-    @message.setter
-    def message(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def number(self) -> int:
-        """
-        0, 1, 2, ... in a session.
-        """
-    @number.setter
-    def number(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def session(self) -> int:
-        """
-        Of a start of the sender; not 0.
-        """
-    @session.setter
-    def session(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def time(self) -> float:
-        """
-        When it was made, sender's clock, s.
-        """
-    @time.setter
-    def time(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-class ClockOffsetParams:
-    """
-    Parameters of ClockOffset.
-    """
-    __fields__: typing.ClassVar[list]
-    __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'samples': 'in [1, 100]: newest round trips that are looked at, default 100', 'min_samples': 'in [1, samples]: round trips before there is an estimate, default 10', 'spacing': 's, >= 0: round trips that end within this count as one, the shortest: a burst of late ones is not many, default 0.015', 'max_age': 's, > 0: round trips that ended longer ago are forgotten, default 10', 'share': 'in (0, 1]: of the round trips, the shortest, of which the mean is the estimate: what waited nowhere is symmetric, default 0.1', 'max_slew': 's/s, in [0, 0.1]: by which the offset in use follows the estimate; more than clocks drift apart, default 0.001', 'jump_margin': 's, > 0: by which a round trip must contradict the offset in use, beyond what its own length explains, to show that a clock has jumped, default 0.001'}
-    def __copy__(self) -> ClockOffsetParams:
-        ...
-    def __deepcopy__(self, memo: dict) -> ClockOffsetParams:
-        ...
-    def __eq__(self, arg0: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> dict:
-        ...
-    def __init__(self, **kwargs) -> None:
-        """
-        Keyword arguments are the fields; the rest have their defaults.
-        Raises TypeError for an unknown field, ValueError for a value out of range.
-        """
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, arg0: dict) -> None:
-        ...
-    def validate(self) -> None:
-        """
-        Raises ValueError naming the field, the range and the value.
-        """
-    @property
-    def jump_margin(self) -> float:
-        """
-        s, > 0: by which a round trip must contradict the offset in use, beyond what its own length explains, to show that a clock has jumped, default 0.001
-        """
-    @jump_margin.setter
-    def jump_margin(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def max_age(self) -> float:
-        """
-        s, > 0: round trips that ended longer ago are forgotten, default 10
-        """
-    @max_age.setter
-    def max_age(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def max_slew(self) -> float:
-        """
-        s/s, in [0, 0.1]: by which the offset in use follows the estimate; more than clocks drift apart, default 0.001
-        """
-    @max_slew.setter
-    def max_slew(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def min_samples(self) -> int:
-        """
-        in [1, samples]: round trips before there is an estimate, default 10
-        """
-    @min_samples.setter
-    def min_samples(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def samples(self) -> int:
-        """
-        in [1, 100]: newest round trips that are looked at, default 100
-        """
-    @samples.setter
-    def samples(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def share(self) -> float:
-        """
-        in (0, 1]: of the round trips, the shortest, of which the mean is the estimate: what waited nowhere is symmetric, default 0.1
-        """
-    @share.setter
-    def share(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def spacing(self) -> float:
-        """
-        s, >= 0: round trips that end within this count as one, the shortest: a burst of late ones is not many, default 0.015
-        """
-    @spacing.setter
-    def spacing(self, arg1: typing.Any) -> None:
-        ...
-class ClockOffsetState:
-    """
-    Memory of a ClockOffset.
-    """
-    def __copy__(self) -> ClockOffsetState:
-        ...
-    def __deepcopy__(self, memo: dict) -> ClockOffsetState:
-        ...
-    @property
-    def bad_inputs(self) -> int:
-        """
-        Round trips refused.
-        """
-    @property
-    def estimated(self) -> bool:
-        """
-        Whether there is an offset.
-        """
-    @property
-    def jumps(self) -> int:
-        """
-        Times that a clock has jumped.
-        """
-    @property
-    def offset(self) -> float:
-        """
-        Peer's clock minus own, s.
-        """
-    @property
-    def round_trip(self) -> float:
-        """
-        Mean of the shortest round trips, s.
-        """
-    @property
-    def trusted(self) -> bool:
-        """
-        Whether `offset` can be relied on.
-        """
-class ClockOffset:
-    """
-    Estimates by how much a peer's clock is ahead, from round trips.
-    """
-    @staticmethod
-    def to_local(peer_time: typing.SupportsFloat | typing.SupportsIndex, state: ClockOffsetState) -> float:
-        """
-        A time of the peer's by the own clock, s.
-        """
-    def __init__(self, params: ClockOffsetParams = ...) -> None:
-        ...
-    def make_state(self) -> ClockOffsetState:
-        ...
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, echo_time: typing.SupportsFloat | typing.SupportsIndex, echo_age: typing.SupportsFloat | typing.SupportsIndex, peer_time: typing.SupportsFloat | typing.SupportsIndex, state: ClockOffsetState) -> None:
-        """
-        Takes a round trip that ends at `time` and began at `echo_time` (s, own clock); the peer
-        answered at `peer_time` (s, its clock), `echo_age` after it got what it answers.
-        """
-    @property
-    def params(self) -> ClockOffsetParams:
-        ...
-class LinkEndParams:
-    """
-    Parameters of LinkEnd.
-    """
-    __fields__: typing.ClassVar[list]
-    __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'interval': 's, > 0: after which a frame goes out though nothing is new: the newest message again, with what clocks and sessions need, default 0.02', 'clock': 'ClockOffsetParams: estimate of the other clock'}
-    def __copy__(self) -> LinkEndParams:
-        ...
-    def __deepcopy__(self, memo: dict) -> LinkEndParams:
-        ...
-    def __eq__(self, arg0: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> dict:
-        ...
-    def __init__(self, **kwargs) -> None:
-        """
-        Keyword arguments are the fields; the rest have their defaults.
-        Raises TypeError for an unknown field, ValueError for a value out of range.
-        """
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, arg0: dict) -> None:
-        ...
-    def validate(self) -> None:
-        """
-        Raises ValueError naming the field, the range and the value.
-        """
-    @property
-    def clock(self) -> ClockOffsetParams:
-        """
-        ClockOffsetParams: estimate of the other clock
-        """
-    @clock.setter
-    def clock(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def interval(self) -> float:
-        """
-        s, > 0: after which a frame goes out though nothing is new: the newest message again, with what clocks and sessions need, default 0.02
-        """
-    @interval.setter
-    def interval(self, arg1: typing.Any) -> None:
-        ...
-class LinkEndState:
-    """
-    Memory and counters of a LinkEnd.
-    """
-    def __copy__(self) -> LinkEndState:
-        ...
-    def __deepcopy__(self, memo: dict) -> LinkEndState:
-        ...
-    @property
-    def bad_inputs(self) -> int:
-        """
-        Calls with a time that is not finite.
-        """
-    @property
-    def clock(self) -> ClockOffsetState:
-        """
-        ClockOffsetState of the other end. A copy.
-        """
-    @property
-    def flags(self) -> int:
-        """
-        What the other end says of itself.
-        """
-    @property
-    def heard_time(self) -> float:
-        """
-        When a frame of it was accepted, s.
-        """
-    @property
-    def lost(self) -> int:
-        """
-        Frames sent before one that came.
-        """
-    @property
-    def malformed(self) -> dict:
-        """
-        {why bytes were no frame: how often}; describe_wire_error() has the reasons for people.
-        """
-    @property
-    def message(self) -> Message:
-        """
-        The newest Message that may be acted on, its send_time by this end's clock; sequence -1
-        before the first. A copy.
-        """
-    @property
-    def peer(self) -> int:
-        """
-        Session that is heard; 0: none yet.
-        """
-    @property
-    def sent(self) -> int:
-        """
-        Frames sent.
-        """
-    @property
-    def session(self) -> int:
-        """
-        Of this end.
-        """
-    @property
-    def verdicts(self) -> dict:
-        """
-        {what became of frames: how many}.
-        """
-class LinkEnd:
-    """
-    One end of a link between two processes: frames of a side's messages, and of what comes only
-    the frames of one live sender, each once, in order, with times by this end's clock.
-    """
-    def __init__(self, sends: typing.Any, monitor: LinkMonitorParams = ..., params: LinkEndParams = ...) -> None:
-        """
-        `sends` is "to_robot" or "to_haptic"; `monitor` the side's.
-        """
-    def is_connected(self, time: typing.SupportsFloat | typing.SupportsIndex, state: LinkEndState) -> bool:
-        """
-        Whether the other end has been heard within the link's timeout.
-        """
-    def make_state(self, session: typing.SupportsInt | typing.SupportsIndex) -> LinkEndState:
-        """
-        `session`: random, 64 bits, another one at each start.
-        """
-    def receive(self, time: typing.SupportsFloat | typing.SupportsIndex, data: bytes, state: LinkEndState) -> str:
-        """
-        Takes bytes that came; returns what became of them. "accepted": state.message may be new.
-        """
-    def send(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, flags: typing.SupportsInt | typing.SupportsIndex, state: LinkEndState) -> bytes | None:
-        """
-        Call it every period with the newest message. Returns the bytes to be sent now, or None.
-        """
-    @property
-    def params(self) -> LinkEndParams:
         ...
 class WorkspaceMapParams:
     """
@@ -9256,6 +8889,332 @@ class FilterTrialMetrics:
         """
         Of those, of dimension 1 or 2 with a direction_uncertainty below pi/2.
         """
+class DriverError(RuntimeError):
+    pass
+class HandleReading:
+    """
+    What was read of a haptic device, and when.
+    """
+    def age(self, now: typing.SupportsFloat | typing.SupportsIndex) -> float:
+        """
+        s, at `now`.
+        """
+    @property
+    def clutch(self) -> bool:
+        """
+        whether it is pressed
+        """
+    @property
+    def gripper_opening(self) -> float:
+        """
+        m; not a number: no gripper
+        """
+    @property
+    def pose(self) -> Pose:
+        """
+        X_DH, Pose, of the handle from the device's home. A copy.
+        """
+    @property
+    def time(self) -> float:
+        """
+        s, of time.monotonic(), at which the device had it
+        """
+    @property
+    def valid(self) -> bool:
+        """
+        whether the device answered; what is not valid is the last that was
+        """
+    @property
+    def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        (6,) [linear; angular], m/s, rad/s, in D
+        """
+class HapticDeviceCounters:
+    """
+    What a haptic device's thread has counted since it was opened.
+    """
+    @property
+    def bad_commands(self) -> int:
+        """
+        not finite, and so not taken
+        """
+    @property
+    def bad_reads(self) -> int:
+        """
+        failed, not finite or beyond reason
+        """
+    @property
+    def cycles(self) -> int:
+        ...
+    @property
+    def device_watchdogs(self) -> int:
+        """
+        times that the device found so itself
+        """
+    @property
+    def failed_writes(self) -> int:
+        """
+        forces that the device did not take
+        """
+    @property
+    def overruns(self) -> int:
+        """
+        cycles that took longer than a period
+        """
+    @property
+    def watchdogs(self) -> int:
+        """
+        times that commands stayed away
+        """
+class HapticDeviceThreadParams:
+    """
+    Parameters of the thread that serves a haptic device.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'rate': 'Hz, in [1000, 4000]: at which the device is served, default 2000', 'watchdog': 's, in [0.002, 0.1]: without a fresh command after which there is no force, default 0.02', 'max_force': 'N, in [0, 20]: largest force on the hand; an Omega.7 has 12, default 12', 'max_moment': 'N m, in [0, 1]: largest moment on the hand; an Omega.7 has none, default 0', 'max_gripper_force': 'N, in [0, 8]: largest force on the fingers; an Omega.7 has 8, default 8'}
+    def __copy__(self) -> HapticDeviceThreadParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> HapticDeviceThreadParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def max_force(self) -> float:
+        """
+        N, in [0, 20]: largest force on the hand; an Omega.7 has 12, default 12
+        """
+    @max_force.setter
+    def max_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_gripper_force(self) -> float:
+        """
+        N, in [0, 8]: largest force on the fingers; an Omega.7 has 8, default 8
+        """
+    @max_gripper_force.setter
+    def max_gripper_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_moment(self) -> float:
+        """
+        N m, in [0, 1]: largest moment on the hand; an Omega.7 has none, default 0
+        """
+    @max_moment.setter
+    def max_moment(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def rate(self) -> float:
+        """
+        Hz, in [1000, 4000]: at which the device is served, default 2000
+        """
+    @rate.setter
+    def rate(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def watchdog(self) -> float:
+        """
+        s, in [0.002, 0.1]: without a fresh command after which there is no force, default 0.02
+        """
+    @watchdog.setter
+    def watchdog(self, arg1: typing.Any) -> None:
+        ...
+class OmegaDeviceParams:
+    """
+    Parameters of OmegaDevice.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'thread': 'HapticDeviceThreadParams: that serves the device', 'library': "the SDK's folder or its file libdrd.so.*; empty: the environment variable FDSDK, else the usual folders", 'index': 'in [0, 127]: which of the devices, where there is no serial, default 0', 'serial': 'in [0, 65535]: serial number of the device; 0 is any, default 0', 'homing': 'whether a device that was not homed since it was switched on may move by itself to find its home, default false', 'clutch': 'one of "none", "button", "gripper": what is the clutch: a button, which on a device with a gripper is the gripper closed, or the gripper below an angle, default "button"', 'button': 'in [0, 31]: which button, where that is the clutch, default 0', 'gripper_angle': 'rad, in [0.01, 0.5]: below which the gripper is the clutch, if it is, default 0.1'}
+    def __copy__(self) -> OmegaDeviceParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> OmegaDeviceParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def button(self) -> int:
+        """
+        in [0, 31]: which button, where that is the clutch, default 0
+        """
+    @button.setter
+    def button(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def clutch(self) -> str:
+        """
+        one of "none", "button", "gripper": what is the clutch: a button, which on a device with a gripper is the gripper closed, or the gripper below an angle, default "button"
+        """
+    @clutch.setter
+    def clutch(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def gripper_angle(self) -> float:
+        """
+        rad, in [0.01, 0.5]: below which the gripper is the clutch, if it is, default 0.1
+        """
+    @gripper_angle.setter
+    def gripper_angle(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def homing(self) -> bool:
+        """
+        whether a device that was not homed since it was switched on may move by itself to find its home, default false
+        """
+    @homing.setter
+    def homing(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def index(self) -> int:
+        """
+        in [0, 127]: which of the devices, where there is no serial, default 0
+        """
+    @index.setter
+    def index(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def library(self) -> str:
+        """
+        the SDK's folder or its file libdrd.so.*; empty: the environment variable FDSDK, else the usual folders
+        """
+    @library.setter
+    def library(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_force(self) -> float:
+        """
+        N, in [0, 20]: largest force on the hand; an Omega.7 has 12, default 12
+        """
+    @max_force.setter
+    def max_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_gripper_force(self) -> float:
+        """
+        N, in [0, 8]: largest force on the fingers; an Omega.7 has 8, default 8
+        """
+    @max_gripper_force.setter
+    def max_gripper_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_moment(self) -> float:
+        """
+        N m, in [0, 1]: largest moment on the hand; an Omega.7 has none, default 0
+        """
+    @max_moment.setter
+    def max_moment(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def rate(self) -> float:
+        """
+        Hz, in [1000, 4000]: at which the device is served, default 2000
+        """
+    @rate.setter
+    def rate(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def serial(self) -> int:
+        """
+        in [0, 65535]: serial number of the device; 0 is any, default 0
+        """
+    @serial.setter
+    def serial(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def thread(self) -> HapticDeviceThreadParams:
+        """
+        HapticDeviceThreadParams: that serves the device
+        """
+    @thread.setter
+    def thread(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def watchdog(self) -> float:
+        """
+        s, in [0.002, 0.1]: without a fresh command after which there is no force, default 0.02
+        """
+    @watchdog.setter
+    def watchdog(self, arg1: typing.Any) -> None:
+        ...
+class OmegaDevice:
+    """
+    An Omega.7, or another device of Force Dimension's, by the vendor's SDK, which is loaded
+    when it is opened (docs/omega.md). A thread of its own serves the device; `read` and
+    `write` exchange newest values with it, and return at once.
+    """
+    def __enter__(self) -> OmegaDevice:
+        ...
+    def __exit__(self, *args) -> None:
+        ...
+    def __init__(self, params: OmegaDeviceParams = ...) -> None:
+        ...
+    def close(self) -> None:
+        """
+        Takes the force off the hand and lets go of the device.
+        """
+    def open(self) -> None:
+        """
+        Finds the device and makes it ready, with no force on the hand. Raises DriverError.
+        """
+    def read(self) -> HandleReading:
+        """
+        The newest HandleReading.
+        """
+    def write(self, wrench: typing.Any, gripper_force: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        """
+        wrench: (6,) [force; moment] on the hand, N, N m, in D; gripper_force: N, > 0 opens.
+        It acts until the next call, or the watchdog. What is not finite is no command.
+        """
+    @property
+    def counters(self) -> HapticDeviceCounters:
+        """
+        HapticDeviceCounters. A copy.
+        """
+    @property
+    def fault(self) -> str:
+        """
+        What is wrong with it; empty: nothing.
+        """
+    @property
+    def name(self) -> str:
+        """
+        Which device it is, once it was opened.
+        """
+    @property
+    def real_time(self) -> bool:
+        """
+        Whether its thread has real-time priority.
+        """
 def _angular_metric_descriptions() -> list[tuple[str, str, str]]:
     """
     The same of those of the angular filter.
@@ -9386,19 +9345,6 @@ def _watch_log(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m
 def calc_operational_space_inertia(jacobian: typing.Any, mass: typing.Any, max_mass: typing.SupportsFloat | typing.SupportsIndex = 50.0, length: typing.SupportsFloat | typing.SupportsIndex = 0.2) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"], bool]:
     """
     Returns (Lambda, singular): (J A^-1 J^T)^-1 bounded, (6, 6), in B, and whether the bound acted.
-    """
-def decode_frame(data: bytes, direction: typing.Any) -> LinkFrame:
-    """
-    The LinkFrame that came in a direction.
-    Raises ValueError for bytes that are none, saying why.
-    """
-def describe_wire_error(name: typing.Any) -> str:
-    """
-    For people what a name in LinkEndState.malformed means, to complete "the bytes ...".
-    """
-def encode_frame(frame: LinkFrame) -> bytes:
-    """
-    The bytes of a LinkFrame, whatever is in it.
     """
 def rate_limit(previous: typing.Any, target: typing.Any, max_step: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
     """

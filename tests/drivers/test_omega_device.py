@@ -229,3 +229,20 @@ def test_signatures_are_those_that_others_use(forcedimension, path, pattern, cou
         for theirs, ours in zip(function.argtypes, arguments, strict=True):
             switch = theirs is ctypes.c_bool and ours in SWITCHES
             assert theirs is ours or switch, (name, theirs, ours)
+
+
+SNIPPETS = re.findall(
+    r"```python\n(.*?)```", (ROOT / "docs/omega.md").read_text(), re.S
+)
+
+
+@pytest.mark.parametrize("snippet", SNIPPETS, ids=["no force", "spring"])
+def test_programs_of_the_guide(stand_in, snippet):
+    stand_in.standInSetPath(b"0 0.02 0 0")
+    assert "DURATION = 20" in snippet
+    names = {}
+    exec(snippet.replace("DURATION = 20", "DURATION = 1.2"), names)
+    position = names["reading"].pose.p
+    # 30 N/m of the spring against 600 N/m of the hand.
+    expected = 0.02 * 600 / 630 if "30 *" in snippet else 0.02
+    assert position == pytest.approx([expected, 0, 0], abs=1e-3)

@@ -3,14 +3,10 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <thread>
 
-#include "dual_proxy/drivers/clock.h"
 #include "dual_proxy/drivers/omega/force_dimension_sdk.h"
 
 namespace dual_proxy {
@@ -24,9 +20,8 @@ constexpr int kForceOffByWatchdog = 3;
 // More than any version of the SDK fills, which is 17 in 3.17.
 constexpr int kMostStatus = 64;
 
-// s: unit of the device's own watchdog, and what a new velocity may take.
+// s: unit of the device's own watchdog.
 constexpr double kWatchdogUnit = 125e-6;
-constexpr double kVelocityTimeout = 1;
 
 // rad: a gripper that is the clutch opens by this before it is none.
 constexpr double kClutchHysteresis = 0.02;
@@ -157,7 +152,6 @@ class OmegaHardware final : public HapticHardware {
       Check("dhdEmulateButton", sdk_->dhdEmulateButton(kOn, id_));
     }
     clutch_ = false;
-    AwaitVelocity();
     // Before and after, as what was commanded last might act.
     Write(Vector6::Zero(), 0);
     Check("dhdEnableForce", sdk_->dhdEnableForce(kOn, id_));
@@ -178,16 +172,6 @@ class OmegaHardware final : public HapticHardware {
     Check("drdAutoInit", sdk_->drdAutoInit(id_));
     // Its regulation goes on otherwise, against every other command.
     Check("drdStop", sdk_->drdStop(true, id_));
-  }
-
-  // It is estimated over a window of time, and times out until that is full.
-  void AwaitVelocity() {
-    const double start = MonotonicTime();
-    HandleState state;
-    while (!Read(&state)) {
-      if (MonotonicTime() - start > kVelocityTimeout) Check("reading it", -1);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
   }
 
   // Not every controller has one; without it the thread's is all.

@@ -64,8 +64,9 @@ takes the SDK, which is loaded at run time (LoadForceDimensionSdk()).
 
 Open() enables forces, with the device's gravity compensation on, and asks the
 device to end them by itself when no command reaches it for 1.5 times the
-watchdog; within 0.1 s of commands they are on again. A device that was not homed is refused unless homing is allowed: the
-handle then moves by itself, for some seconds.
+watchdog; within 0.1 s of commands they are on again. A device that was not
+homed is refused unless homing is allowed: the handle then moves by itself, for
+some seconds.
 
 D is the SDK's frame: x to the operator, y to their right, z up; its origin is
 the device's own. A device without a wrist does not rotate. On a left-handed one
