@@ -9111,38 +9111,6 @@ class OmegaDeviceParams:
     def library(self, arg1: typing.Any) -> None:
         ...
     @property
-    def max_force(self) -> float:
-        """
-        N, in [0, 20]: largest force on the hand; an Omega.7 has 12, default 12
-        """
-    @max_force.setter
-    def max_force(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def max_gripper_force(self) -> float:
-        """
-        N, in [0, 8]: largest force on the fingers; an Omega.7 has 8, default 8
-        """
-    @max_gripper_force.setter
-    def max_gripper_force(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def max_moment(self) -> float:
-        """
-        N m, in [0, 1]: largest moment on the hand; an Omega.7 has none, default 0
-        """
-    @max_moment.setter
-    def max_moment(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def rate(self) -> float:
-        """
-        Hz, in [1000, 4000]: at which the device is served, default 2000
-        """
-    @rate.setter
-    def rate(self, arg1: typing.Any) -> None:
-        ...
-    @property
     def serial(self) -> int:
         """
         in [0, 65535]: serial number of the device; 0 is any, default 0
@@ -9157,14 +9125,6 @@ class OmegaDeviceParams:
         """
     @thread.setter
     def thread(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def watchdog(self) -> float:
-        """
-        s, in [0.002, 0.1]: without a fresh command after which there is no force, default 0.02
-        """
-    @watchdog.setter
-    def watchdog(self, arg1: typing.Any) -> None:
         ...
 class OmegaDevice:
     """

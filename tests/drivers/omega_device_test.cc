@@ -496,8 +496,8 @@ TEST_F(OmegaDeviceTest, RunsAtItsRate) {
   OmegaDeviceParams params = Params();
   params.thread.rate = 4000;
   OmegaDevice dut(params);
-  dut.Open();
   const double start = MonotonicTime();
+  dut.Open();
   Sleep(0.5);
   const HapticDeviceCounters counters = dut.counters();
   const double seconds = MonotonicTime() - start;

@@ -21,7 +21,7 @@ struct Chai3dDeviceParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    VisitEmbedded(a, "thread", &thread, "that serves the device");
+    a->Visit(Field("thread", &thread, "that serves the device"));
     a->Visit(Field("index", &index, Between(0, 15), "",
                    "which of the devices that CHAI3D finds"));
     a->Visit(Field("homing", &homing,

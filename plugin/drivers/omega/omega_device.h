@@ -37,7 +37,7 @@ struct OmegaDeviceParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    VisitEmbedded(a, "thread", &thread, "that serves the device");
+    a->Visit(Field("thread", &thread, "that serves the device"));
     a->Visit(Field("library", &library,
                    "the SDK's folder or its file libdrd.so.*; empty: the "
                    "environment variable FDSDK, else the usual folders"));
