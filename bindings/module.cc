@@ -18,6 +18,7 @@ void BindScenarios(pybind11::module_& m);
 void BindExperiment(pybind11::module_& m);
 void BindFilterTrial(pybind11::module_& m);
 void BindOmega(pybind11::module_& m);
+void BindFtSensor(pybind11::module_& m);
 
 }  // namespace dual_proxy
 
@@ -40,4 +41,5 @@ PYBIND11_MODULE(_core, m) {
   dual_proxy::BindExperiment(m);
   dual_proxy::BindFilterTrial(m);
   dual_proxy::BindOmega(m);
+  dual_proxy::BindFtSensor(m);
 }

@@ -64,6 +64,7 @@ examples:
   dual-proxy bench filter --quick
   dual-proxy bench engine --quick
   dual-proxy keys out/keys --robot-host 192.168.1.10 --haptic-host 192.168.1.20
+  dual-proxy calibrate-tool poses.csv --out tool.yaml
 """
 
 
@@ -207,6 +208,8 @@ def _main(arguments: Sequence[str] | None) -> int:
             return _list()
         if options.command == "bench":
             return _bench(options)
+        if options.command == "calibrate-tool":
+            return _calibrate_tool(options)
         if options.command == "compare":
             return _compare(options)
         if options.command == "keys":
@@ -299,6 +302,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_bench(commands)
     _add_stress(commands)
     _add_keys(commands)
+    _add_calibrate_tool(commands)
     return parser
 
 
@@ -595,6 +599,59 @@ def _keys(options: argparse.Namespace) -> int:
             f"({', '.join(hosts[side])}), and to no other"
         )
     print("Whoever has a key.pem can pass for that side. Keep none here.")
+def _add_calibrate_tool(commands: Any) -> None:
+    command = commands.add_parser(
+        "calibrate-tool",
+        help="mass, centre of mass and bias of a tool, from poses at rest",
+        epilog="docs/force_sensor.md says how to record them.",
+    )
+    add = command.add_argument
+    add(
+        "samples",
+        type=Path,
+        metavar="CSV",
+        help="t; qw, qx, qy, qz of R_BS, or q1 to q7 of a Panda; fx, fy, fz, mx, my,"
+        " mz in S, of the arm on the tool",
+    )
+    add(
+        "--out",
+        type=Path,
+        metavar="YAML",
+        default=Path("out/tool.yaml"),
+        help="where to save the fields of ForceTorqueAdapterParams"
+        " (default: %(default)s)",
+    )
+    for name, unit, most in (("force", "N", 0.5), ("moment", "N m", 0.05)):
+        add(
+            f"--max-{name}-residual",
+            type=float,
+            metavar=unit.replace(" ", ""),
+            default=most,
+            help=f"{unit}, of all poses, rms; more is refused (default: %(default)s)",
+        )
+
+
+def _calibrate_tool(options: argparse.Namespace) -> int:
+    # Here, as no other command needs it.
+    from dual_proxy.tool_calibration import (
+        CalibrationError,
+        calibrate_tool,
+        find_resting_poses,
+        read_samples,
+    )
+
+    try:
+        calibration = calibrate_tool(
+            find_resting_poses(read_samples(options.samples)),
+            max_force_residual=options.max_force_residual,
+            max_moment_residual=options.max_moment_residual,
+        )
+    except CalibrationError as error:
+        return _fail(str(error), _BAD_INPUT)
+    print(calibration.table())
+    _make_directory(options.out.parent)
+    options.out.write_text(calibration.yaml(options.samples.name), encoding="utf-8")
+    print(f"\nsaved: {options.out}")
     return 0
 
 
