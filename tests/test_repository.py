@@ -36,6 +36,7 @@ def test_all_public_names_exist():
     [
         "README.md",
         "docs/benchmarks.md",
+        "docs/force_sensor.md",
         "docs/notes_on_the_paper.md",
         "docs/comparison.md",
         "docs/link.md",

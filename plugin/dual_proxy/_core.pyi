@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'DriverError', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueSensor', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HandleReading', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticDeviceCounters', 'HapticDeviceThreadParams', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OmegaDevice', 'OmegaDeviceParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'DriverError', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueReading', 'ForceTorqueSensor', 'ForceTorqueSensorDriver', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RdtCounts', 'RdtSensor', 'RdtSensorParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -8890,92 +8890,69 @@ class FilterTrialMetrics:
         Of those, of dimension 1 or 2 with a direction_uncertainty below pi/2.
         """
 class DriverError(RuntimeError):
-    pass
-class HandleReading:
     """
-    What was read of a haptic device, and when.
+    What went wrong with hardware, in one line.
+    """
+class ForceTorqueReading:
+    """
+    What a force/torque sensor measured, and when.
     """
     def age(self, now: typing.SupportsFloat | typing.SupportsIndex) -> float:
         """
-        s, at `now`.
-        """
-    @property
-    def clutch(self) -> bool:
-        """
-        whether it is pressed
-        """
-    @property
-    def gripper_opening(self) -> float:
-        """
-        m; not a number: no gripper
-        """
-    @property
-    def pose(self) -> Pose:
-        """
-        X_DH, Pose, of the handle from the device's home. A copy.
+        s: how old it is at `now`, of time.monotonic()
         """
     @property
     def time(self) -> float:
         """
-        s, of time.monotonic(), at which the device had it
+        s, of time.monotonic(): when the sensor had this value; -inf if never
         """
     @property
     def valid(self) -> bool:
         """
-        whether the device answered; what is not valid is the last that was
+        Whether the sensor is there and reports no fault. One that is not valid is the last
+        that was.
         """
     @property
-    def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+    def value(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (6,) [linear; angular], m/s, rad/s, in D
+        (6,) [force; moment about the sensor's origin], N, N m, in S: of the arm on the tool
         """
-class HapticDeviceCounters:
+class ForceTorqueSensorDriver:
     """
-    What a haptic device's thread has counted since it was opened.
+    A force/torque sensor at the wrist; a context manager that opens and closes it.
     """
-    @property
-    def bad_commands(self) -> int:
-        """
-        not finite, and so not taken
-        """
-    @property
-    def bad_reads(self) -> int:
-        """
-        failed, not finite or beyond reason
-        """
-    @property
-    def cycles(self) -> int:
+    def __enter__(self) -> typing.Any:
         ...
+    def __exit__(self, *args) -> None:
+        ...
+    def close(self) -> None:
+        """
+        May be called at any time, also again.
+        """
+    def open(self) -> None:
+        """
+        Returns when there are readings. Raises DriverError.
+        """
+    def read(self) -> ForceTorqueReading:
+        """
+        Returns the newest reading, at once.
+        """
     @property
-    def device_watchdogs(self) -> int:
+    def fault(self) -> str:
         """
-        times that the device found so itself
+        What is wrong with it, in one line; "": nothing.
         """
-    @property
-    def failed_writes(self) -> int:
-        """
-        forces that the device did not take
-        """
-    @property
-    def overruns(self) -> int:
-        """
-        cycles that took longer than a period
-        """
-    @property
-    def watchdogs(self) -> int:
-        """
-        times that commands stayed away
-        """
-class HapticDeviceThreadParams:
+class RdtSensorParams:
     """
-    Parameters of the thread that serves a haptic device.
+    Parameters of RdtSensor. S is the frame in which the force is wanted, N the one in which the
+    sensor gives it, with the same origin.
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'rate': 'Hz, in [1000, 4000]: at which the device is served, default 2000', 'watchdog': 's, in [0.002, 0.1]: without a fresh command after which there is no force, default 0.02', 'max_force': 'N, in [0, 20]: largest force on the hand; an Omega.7 has 12, default 12', 'max_moment': 'N m, in [0, 1]: largest moment on the hand; an Omega.7 has none, default 0', 'max_gripper_force': 'N, in [0, 8]: largest force on the fingers; an Omega.7 has 8, default 8'}
-    def __copy__(self) -> HapticDeviceThreadParams:
+    fields: typing.ClassVar[dict] = {'host': 'name or address of the sensor', 'port': 'in [1, 65535]: UDP, of the sensor, default 49152', 'local_address': "of the network card that it is connected to; empty: the system's choice", 'local_port': 'in [0, 65535]: UDP, of this side; 0: any, default 0', 'counts_per_force': '> 0: counts that are one force_unit (cfgcpf), default 1e+06', 'counts_per_torque': '> 0: counts that are one torque_unit (cfgcpt), default 1e+06', 'force_unit': 'one of "N", "kN", "lbf", "klbf", "kgf", "gf": of the sensor\'s forces, default "N"', 'torque_unit': 'one of "Nm", "Nmm", "kNm", "lbf-in", "lbf-ft", "kgf-cm": of its torques, default "Nm"', 'reports': 'one of "tool_on_arm", "arm_on_tool": whose force on whom: an ATI\'s is the load on the sensor, tool_on_arm, default "tool_on_arm"', 'R_SN': "(3, 3), a rotation matrix: axes N in which the sensor reports, in S, whose axes are E's: how it is mounted, default identity", 'max_force': 'N, in (0, 10000]: that the sensor measures, per axis: beyond it a reading is not valid, default 500', 'max_moment': 'N m, in (0, 10000]: likewise, default 50', 'silence': 's, in [0.01, 10]: without a record, after which a reading is not valid and the stream is asked for again, default 0.1', 'frozen_time': 's, > 0: with the same values, after which they are not valid: a sensor that works has noise, default 0.05'}
+    def __copy__(self) -> RdtSensorParams:
         ...
-    def __deepcopy__(self, memo: dict) -> HapticDeviceThreadParams:
+    def __deepcopy__(self, memo: dict) -> RdtSensorParams:
         ...
     def __eq__(self, arg0: typing.Any) -> bool:
         ...
@@ -8995,186 +8972,175 @@ class HapticDeviceThreadParams:
         Raises ValueError naming the field, the range and the value.
         """
     @property
+    def R_SN(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3, 3), a rotation matrix: axes N in which the sensor reports, in S, whose axes are E's: how it is mounted, default identity
+        """
+    @R_SN.setter
+    def R_SN(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def counts_per_force(self) -> float:
+        """
+        > 0: counts that are one force_unit (cfgcpf), default 1e+06
+        """
+    @counts_per_force.setter
+    def counts_per_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def counts_per_torque(self) -> float:
+        """
+        > 0: counts that are one torque_unit (cfgcpt), default 1e+06
+        """
+    @counts_per_torque.setter
+    def counts_per_torque(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_unit(self) -> str:
+        """
+        one of "N", "kN", "lbf", "klbf", "kgf", "gf": of the sensor's forces, default "N"
+        """
+    @force_unit.setter
+    def force_unit(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def frozen_time(self) -> float:
+        """
+        s, > 0: with the same values, after which they are not valid: a sensor that works has noise, default 0.05
+        """
+    @frozen_time.setter
+    def frozen_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def host(self) -> str:
+        """
+        name or address of the sensor
+        """
+    @host.setter
+    def host(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def local_address(self) -> str:
+        """
+        of the network card that it is connected to; empty: the system's choice
+        """
+    @local_address.setter
+    def local_address(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def local_port(self) -> int:
+        """
+        in [0, 65535]: UDP, of this side; 0: any, default 0
+        """
+    @local_port.setter
+    def local_port(self, arg1: typing.Any) -> None:
+        ...
+    @property
     def max_force(self) -> float:
         """
-        N, in [0, 20]: largest force on the hand; an Omega.7 has 12, default 12
+        N, in (0, 10000]: that the sensor measures, per axis: beyond it a reading is not valid, default 500
         """
     @max_force.setter
     def max_force(self, arg1: typing.Any) -> None:
         ...
     @property
-    def max_gripper_force(self) -> float:
-        """
-        N, in [0, 8]: largest force on the fingers; an Omega.7 has 8, default 8
-        """
-    @max_gripper_force.setter
-    def max_gripper_force(self, arg1: typing.Any) -> None:
-        ...
-    @property
     def max_moment(self) -> float:
         """
-        N m, in [0, 1]: largest moment on the hand; an Omega.7 has none, default 0
+        N m, in (0, 10000]: likewise, default 50
         """
     @max_moment.setter
     def max_moment(self, arg1: typing.Any) -> None:
         ...
     @property
-    def rate(self) -> float:
+    def port(self) -> int:
         """
-        Hz, in [1000, 4000]: at which the device is served, default 2000
+        in [1, 65535]: UDP, of the sensor, default 49152
         """
-    @rate.setter
-    def rate(self, arg1: typing.Any) -> None:
+    @port.setter
+    def port(self, arg1: typing.Any) -> None:
         ...
     @property
-    def watchdog(self) -> float:
+    def reports(self) -> str:
         """
-        s, in [0.002, 0.1]: without a fresh command after which there is no force, default 0.02
+        one of "tool_on_arm", "arm_on_tool": whose force on whom: an ATI's is the load on the sensor, tool_on_arm, default "tool_on_arm"
         """
-    @watchdog.setter
-    def watchdog(self, arg1: typing.Any) -> None:
+    @reports.setter
+    def reports(self, arg1: typing.Any) -> None:
         ...
-class OmegaDeviceParams:
+    @property
+    def silence(self) -> float:
+        """
+        s, in [0.01, 10]: without a record, after which a reading is not valid and the stream is asked for again, default 0.1
+        """
+    @silence.setter
+    def silence(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def torque_unit(self) -> str:
+        """
+        one of "Nm", "Nmm", "kNm", "lbf-in", "lbf-ft", "kgf-cm": of its torques, default "Nm"
+        """
+    @torque_unit.setter
+    def torque_unit(self, arg1: typing.Any) -> None:
+        ...
+class RdtCounts:
     """
-    Parameters of OmegaDevice.
+    What came of the records of a sensor's stream.
     """
-    __fields__: typing.ClassVar[list]
-    __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'thread': 'HapticDeviceThreadParams: that serves the device', 'library': "the SDK's folder or its file libdrd.so.*; empty: the environment variable FDSDK, else the usual folders", 'index': 'in [0, 127]: which of the devices, where there is no serial, default 0', 'serial': 'in [0, 65535]: serial number of the device; 0 is any, default 0', 'homing': 'whether a device that was not homed since it was switched on may move by itself to find its home, default false', 'clutch': 'one of "none", "button", "gripper": what is the clutch: a button, which on a device with a gripper is the gripper closed, or the gripper below an angle, default "button"', 'button': 'in [0, 31]: which button, where that is the clutch, default 0', 'gripper_angle': 'rad, in [0.01, 0.5]: below which the gripper is the clutch, if it is, default 0.1'}
-    def __copy__(self) -> OmegaDeviceParams:
-        ...
-    def __deepcopy__(self, memo: dict) -> OmegaDeviceParams:
-        ...
-    def __eq__(self, arg0: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> dict:
-        ...
-    def __init__(self, **kwargs) -> None:
+    @property
+    def faulty(self) -> int:
         """
-        Keyword arguments are the fields; the rest have their defaults.
-        Raises TypeError for an unknown field, ValueError for a value out of range.
-        """
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, arg0: dict) -> None:
-        ...
-    def validate(self) -> None:
-        """
-        Raises ValueError naming the field, the range and the value.
+        taken, with values that are not valid
         """
     @property
-    def button(self) -> int:
+    def late(self) -> int:
         """
-        in [0, 31]: which button, where that is the clutch, default 0
+        older than the newest; counted as lost, too
         """
-    @button.setter
-    def button(self, arg1: typing.Any) -> None:
-        ...
     @property
-    def clutch(self) -> str:
+    def lost(self) -> int:
         """
-        one of "none", "button", "gripper": what is the clutch: a button, which on a device with a gripper is the gripper closed, or the gripper below an angle, default "button"
+        not there when a later one came
         """
-    @clutch.setter
-    def clutch(self, arg1: typing.Any) -> None:
-        ...
     @property
-    def gripper_angle(self) -> float:
+    def malformed(self) -> int:
         """
-        rad, in [0.01, 0.5]: below which the gripper is the clutch, if it is, default 0.1
+        datagrams that are no record
         """
-    @gripper_angle.setter
-    def gripper_angle(self, arg1: typing.Any) -> None:
-        ...
     @property
-    def homing(self) -> bool:
+    def repeated(self) -> int:
         """
-        whether a device that was not homed since it was switched on may move by itself to find its home, default false
+        the newest once more
         """
-    @homing.setter
-    def homing(self, arg1: typing.Any) -> None:
-        ...
     @property
-    def index(self) -> int:
+    def requests(self) -> int:
         """
-        in [0, 127]: which of the devices, where there is no serial, default 0
+        how often the stream was asked for
         """
-    @index.setter
-    def index(self, arg1: typing.Any) -> None:
-        ...
     @property
-    def library(self) -> str:
+    def restarts(self) -> int:
         """
-        the SDK's folder or its file libdrd.so.*; empty: the environment variable FDSDK, else the usual folders
+        of the numbers, by the sensor
         """
-    @library.setter
-    def library(self, arg1: typing.Any) -> None:
-        ...
     @property
-    def serial(self) -> int:
+    def taken(self) -> int:
         """
-        in [0, 65535]: serial number of the device; 0 is any, default 0
+        newer than all before
         """
-    @serial.setter
-    def serial(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def thread(self) -> HapticDeviceThreadParams:
-        """
-        HapticDeviceThreadParams: that serves the device
-        """
-    @thread.setter
-    def thread(self, arg1: typing.Any) -> None:
-        ...
-class OmegaDevice:
+class RdtSensor(ForceTorqueSensorDriver):
     """
-    An Omega.7, or another device of Force Dimension's, by the vendor's SDK, which is loaded
-    when it is opened (docs/omega.md). A thread of its own serves the device; `read` and
-    `write` exchange newest values with it, and return at once.
+    A force/torque sensor that speaks RDT: ATI's Net F/T, Ethernet Axia.
+    
+    A thread of its own receives; nothing of the sensor is changed, its bias least of all.
     """
-    def __enter__(self) -> OmegaDevice:
+    def __init__(self, params: RdtSensorParams = ...) -> None:
         ...
-    def __exit__(self, *args) -> None:
+    @property
+    def counts(self) -> RdtCounts:
         ...
-    def __init__(self, params: OmegaDeviceParams = ...) -> None:
+    @property
+    def params(self) -> RdtSensorParams:
         ...
-    def close(self) -> None:
-        """
-        Takes the force off the hand and lets go of the device.
-        """
-    def open(self) -> None:
-        """
-        Finds the device and makes it ready, with no force on the hand. Raises DriverError.
-        """
-    def read(self) -> HandleReading:
-        """
-        The newest HandleReading.
-        """
-    def write(self, wrench: typing.Any, gripper_force: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
-        """
-        wrench: (6,) [force; moment] on the hand, N, N m, in D; gripper_force: N, > 0 opens.
-        It acts until the next call, or the watchdog. What is not finite is no command.
-        """
-    @property
-    def counters(self) -> HapticDeviceCounters:
-        """
-        HapticDeviceCounters. A copy.
-        """
-    @property
-    def fault(self) -> str:
-        """
-        What is wrong with it; empty: nothing.
-        """
-    @property
-    def name(self) -> str:
-        """
-        Which device it is, once it was opened.
-        """
-    @property
-    def real_time(self) -> bool:
-        """
-        Whether its thread has real-time priority.
-        """
 def _angular_metric_descriptions() -> list[tuple[str, str, str]]:
     """
     The same of those of the angular filter.

@@ -45,8 +45,8 @@ Array = NDArray[np.float64]
 FEWEST_POSES = 4
 """One more than determine the numbers, so that there is a residual."""
 LARGEST_CONDITION = 10.0
-"""Tilts of about 15 deg to all sides; an error of a pose or of the base's level
-may count ten times in what comes out."""
+"""Tilts of 18 deg to four sides; an error of a pose or of the base's level may
+count ten times in what comes out."""
 SETTLE_TIME = 0.25
 """s, after a move, left out."""
 REST_TIME = 0.5
@@ -55,6 +55,10 @@ REST_TURN = np.deg2rad(0.5)
 """rad: a tool that turns, or joints that move, by less are at rest."""
 LARGEST_NOISE = 1.0
 """N, standard deviation per axis in a pose; more is a touch or a move."""
+
+# As kMaxTime and kMaxForce of systems/common/possible.h.
+_LATEST = 1e11
+_LARGEST = 1e4
 
 _WRENCH = ["fx", "fy", "fz", "mx", "my", "mz"]
 _QUATERNION = ["qw", "qx", "qy", "qz"]
@@ -124,10 +128,10 @@ class ToolCalibration:
             ("", _numbers(self.bias[3:]), _numbers(self.bias_std[3:]), "N m"),
         ]
         residuals = [
-            f"residual {_rms(of):.3g} rms, {of.max():.3g} at most {unit}"
-            for of, unit in (
-                (self.force_residuals, "N"),
-                (self.moment_residuals, "N m"),
+            f"residual {name} {_rms(of):.3g} {unit} rms, {of.max():.3g} {unit} at most"
+            for name, of, unit in (
+                ("force", self.force_residuals, "N"),
+                ("moment", self.moment_residuals, "N m"),
             )
         ]
         poses = [
@@ -316,7 +320,7 @@ def find_resting_poses(samples: pd.DataFrame) -> list[RestingPose]:
             RestingPose(
                 start=start,
                 samples=rows.stop - rows.start,
-                rotation=rotation,
+                rotation=np.asarray(rotation, dtype=np.float64),
                 wrench=wrenches[rows].mean(axis=0),
                 noise=noise,
             )
@@ -351,21 +355,25 @@ def read_samples(path: str | Path) -> pd.DataFrame:
         raise CalibrationError(
             f"{path}: expected columns {expected}; missing {', '.join(missing)}"
         )
-    samples = table[columns].apply(pd.to_numeric, errors="coerce").astype(float)
+    samples: pd.DataFrame = table[columns].apply(pd.to_numeric, errors="coerce")
+    samples = samples.astype(np.float64)
     values = samples.to_numpy()
-    bad = ~np.isfinite(values)
+    bad = ~(np.abs(values) <= [_LATEST, *[_LARGEST] * (len(columns) - 1)])
+    values = np.where(bad, 0.0, values)
     if "qw" in samples:
-        lengths = np.linalg.norm(values[:, 1:5], axis=1, keepdims=True)
-        bad[:, 1:2] |= np.abs(lengths - 1) > 1e-3
-    bad[1:, 0] |= ~(np.diff(values[:, 0]) > 0)
+        lengths = np.linalg.norm(values[:, 1:5], axis=1)
+        bad[:, 1] |= np.abs(lengths - 1) > 1e-3
+    bad[1:, 0] |= np.diff(values[:, 0]) <= 0
     if bad.any():
         row, column = np.argwhere(bad)[0]
         expected = {"t": "increasing times", "qw": "a unit quaternion"}.get(
-            columns[column], "finite numbers"
+            columns[column], f"numbers up to {_LARGEST:g}"
         )
+        value = table[columns[column]].iloc[row]
+        shown = repr(value) if isinstance(value, str) else str(value)
         raise CalibrationError(
-            f"{path}: expected {expected}, got {columns[column]} = "
-            f"{table[columns[column]].iloc[row]} in row {row + 1}"
+            f"{path}: expected {expected}, got {columns[column]} = {shown:.80} "
+            f"in row {row + 1}"
         )
     return samples
 
@@ -381,7 +389,9 @@ class _Solution:
 def _solve(design: Array, measured: Array) -> _Solution:
     """Solve design[i] x = measured[i], (n, 3, k) and (n, 3)."""
     flat = design.reshape(-1, design.shape[2])
-    value = np.linalg.lstsq(flat, measured.ravel(), rcond=None)[0]
+    value = np.asarray(
+        np.linalg.lstsq(flat, measured.ravel(), rcond=None)[0], dtype=np.float64
+    )
     left = measured - design @ value
     variance = (left**2).sum() / (len(flat) - flat.shape[1])
     std = np.sqrt(variance * np.diag(np.linalg.inv(flat.T @ flat)))

@@ -26,6 +26,7 @@ SETTINGS = {
     "rate": 1000.0,  # Hz
     "counts": [0, 0, 0, 0, 0, 0],
     "noise": 500,  # counts, standard deviation
+    "clock": None,  # s of time.monotonic(): fx is the time since, us
     "status": 0,
     "loss": 0.0,  # share of records
     "repeat": 0.0,
@@ -98,6 +99,8 @@ class Sensor:
                     max(-(2**31), min(2**31 - 1, round(self.random.gauss(c, noise))))
                     for c in self.set["counts"]
                 ]
+        if self.set["clock"] is not None:
+            self.values[0] = round(1e6 * (time.monotonic() - self.set["clock"]))
         if self.client is None or self.set["silent"]:
             return
         self.sequence = (self.sequence + 1) % 2**32

@@ -2,6 +2,7 @@
 """RdtSensor against a stand-in, a process of its own: tests/drivers/rdt_server.py."""
 
 import json
+import signal
 import subprocess
 import sys
 import time
@@ -16,6 +17,26 @@ from dual_proxy.ft_sensor import fetch_rdt_params, rdt_params_from_xml
 SERVER = Path(__file__).parent / "rdt_server.py"
 PAGE = b"""<netft><cfgcpf>1000</cfgcpf><cfgcpt>2e6</cfgcpt><scfgfu>lbf</scfgfu>
 <scfgtu>lbf-in</scfgtu></netft>"""
+
+
+# Reads what the sensor's clock says, and compares it with the reading's time,
+# until it may end; prints the largest difference.
+COMPARE = """
+import sys, threading
+import dual_proxy as dp
+
+start = float(sys.argv[2])
+with dp.RdtSensor(dp.RdtSensorParams(host="127.0.0.1", port=int(sys.argv[1]),
+                                     reports="arm_on_tool", silence=5)) as sensor:
+    end = threading.Event()
+    threading.Thread(target=lambda: (sys.stdin.read(), end.set())).start()
+    print("open", flush=True)
+    worst = 0
+    while not end.wait(1e-4):
+        reading = sensor.read()
+        worst = max(worst, abs(reading.time - start - reading.value[0]))
+    print(worst)
+"""
 
 
 class Server:
@@ -194,6 +215,26 @@ def test_a_sensor_that_is_not_well_is_not_opened(server):
     with pytest.raises(dp.DriverError, match="temperature out of range"):
         sensor.open()
     assert not sensor.read().valid
+
+
+def test_what_waited_for_a_stopped_process_is_as_old_as_it_is(server):
+    start = time.monotonic()
+    server.set(clock=start)
+    process = subprocess.Popen(
+        [sys.executable, "-c", COMPARE, str(server.ports["rdt"]), str(start)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout.readline() == "open\n"
+    process.send_signal(signal.SIGSTOP)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGCONT)
+    time.sleep(0.2)
+    worst = float(process.communicate(timeout=10)[0])
+    # Of the oldest that waited it is 0.7 s and more if they count as new.
+    assert worst < 0.3
+    print(f"{1e3 * worst:.1f} ms")
 
 
 def test_goes_when_the_sensor_dies(server):

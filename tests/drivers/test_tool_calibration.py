@@ -2,6 +2,7 @@
 """A tool is found again from what a sensor would measure of it."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -23,6 +24,7 @@ from dual_proxy.tool_calibration import (
     read_samples,
 )
 
+ROOT = Path(__file__).resolve().parents[2]
 MASS = 0.83
 COM = np.array([0.004, -0.011, 0.062])
 BIAS = np.array([3.1, -7.4, 12.9, 0.21, -0.34, 0.08])
@@ -262,9 +264,9 @@ def test_moves_without_turning():
         (lambda t: t.drop(columns="qw"), "missing q1, q2, q3, q4, q5, q6, q7"),
         (
             lambda t: t.assign(fy=[*t["fy"][:-1], np.nan]),
-            "finite numbers, got fy = nan",
+            "numbers up to 10000, got fy = nan",
         ),
-        (lambda t: t.assign(fy=["x", *t["fy"][1:]]), "got fy = x in row 1"),
+        (lambda t: t.assign(fy=["x", *t["fy"][1:]]), "got fy = 'x' in row 1"),
         (lambda t: t.assign(t=0.0), "increasing times, got t = 0.0 in row 2"),
         (lambda t: t.assign(qw=2.0), "a unit quaternion, got qw = 2.0 in row 1"),
     ],
@@ -296,6 +298,28 @@ def test_command(tmp_path, capsys):
     assert params.tare
     # The bias is larger than the default takes for one.
     assert np.linalg.norm(BIAS[:3]) + 9 < params.tare_max_force < 26.2
+
+
+def test_page_shows_what_the_commands_print(tmp_path, capsys):
+    page = (ROOT / "docs" / "force_sensor.md").read_text()
+    commands, shown, saved = re.findall(r"```(?:sh|text|yaml)\n(.*?)```", page, re.S)[
+        :3
+    ]
+    samples, out = tmp_path / "poses.csv", tmp_path / "tool.yaml"
+    example = ROOT / "examples" / "04_tool_poses.py"
+    subprocess.run([sys.executable, example, samples], check=True, capture_output=True)
+    assert main(["calibrate-tool", str(samples), "--out", str(out)]) == 0
+    assert "python examples/04_tool_poses.py poses.csv" in commands
+    assert "dual-proxy calibrate-tool poses.csv --out tool.yaml" in commands
+    printed = capsys.readouterr().out.replace(str(out), "tool.yaml")
+    for text, expected in ((printed, shown), (out.read_text(), saved)):
+        number = re.compile(r"-?\d+\.\d+")
+        assert number.sub("#", text) == number.sub("#", expected)
+        np.testing.assert_allclose(
+            [float(value) for value in number.findall(text)],
+            [float(value) for value in number.findall(expected)],
+            atol=2e-3,
+        )
 
 
 def test_command_refuses(tmp_path, capsys):

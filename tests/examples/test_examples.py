@@ -8,6 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from dual_proxy.tool_calibration import (
+    calibrate_tool,
+    find_resting_poses,
+    read_samples,
+)
+
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 
@@ -34,6 +40,7 @@ def test_every_example_is_tested():
         "01_filter_alone.py",
         "02_own_diagram.py",
         "03_driver.py",
+        "04_tool_poses.py",
     }
 
 
@@ -68,3 +75,11 @@ def test_own_diagram_goes_into_contact():
     assert dimension == 1
     assert 0.09 < height < 0.1  # In touch with the floor, at 0.1 m.
     assert 3.0 < force < 12.0  # The hand is pushed up.
+
+
+def test_tool_is_found_from_its_poses(tmp_path):
+    samples = tmp_path / "poses.csv"
+    assert run("04_tool_poses.py", samples) == [f"1800 samples in {samples}"]
+    result = calibrate_tool(find_resting_poses(read_samples(samples)))
+    assert len(result.poses) == 6
+    assert abs(result.mass - 0.83) < 0.005
