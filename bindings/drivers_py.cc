@@ -8,6 +8,9 @@
 
 namespace dual_proxy {
 
+void BindOmega(py::module_& m);
+void BindFtSensor(py::module_& m);
+
 namespace {
 
 void BindRobotCycle(py::module_& m) {
@@ -103,6 +106,12 @@ void BindRobotCycle(py::module_& m) {
 
 }  // namespace
 
-void BindDrivers(py::module_& m) { BindRobotCycle(m); }
+void BindDrivers(py::module_& m) {
+  py::register_exception<DriverError>(m, "DriverError", PyExc_RuntimeError)
+      .doc() = "What went wrong with hardware, in one line.";
+  BindRobotCycle(m);
+  BindOmega(m);
+  BindFtSensor(m);
+}
 
 }  // namespace dual_proxy

@@ -9,9 +9,6 @@ namespace {
 using ForceReading = Reading<Vector6>;
 
 void BindDriver(py::module_& m) {
-  py::register_exception<DriverError>(m, "DriverError", PyExc_RuntimeError)
-      .doc() = "What went wrong with hardware, in one line.";
-
   py::class_<ForceReading>(m, "ForceTorqueReading",
                            "What a force/torque sensor measured, and when.")
       .def_readonly("time", &ForceReading::time,

@@ -17,8 +17,6 @@ void BindFaces(pybind11::module_& m);
 void BindScenarios(pybind11::module_& m);
 void BindExperiment(pybind11::module_& m);
 void BindFilterTrial(pybind11::module_& m);
-void BindOmega(pybind11::module_& m);
-void BindFtSensor(pybind11::module_& m);
 
 }  // namespace dual_proxy
 
@@ -40,6 +38,4 @@ PYBIND11_MODULE(_core, m) {
   dual_proxy::BindFaces(m);
   dual_proxy::BindExperiment(m);
   dual_proxy::BindFilterTrial(m);
-  dual_proxy::BindOmega(m);
-  dual_proxy::BindFtSensor(m);
 }

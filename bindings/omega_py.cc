@@ -58,15 +58,6 @@ void BindCounters(py::module_& m) {
 }  // namespace
 
 void BindOmega(py::module_& m) {
-  static const py::exception<DriverError> driver_error(m, "DriverError",
-                                                       PyExc_RuntimeError);
-  py::register_exception_translator([](std::exception_ptr pointer) {
-    try {
-      if (pointer) std::rethrow_exception(pointer);
-    } catch (const DriverError& error) {
-      py::set_error(driver_error, error.what());
-    }
-  });
   BindReading(m);
   BindCounters(m);
   BindParams<HapticDeviceThreadParams>(

@@ -37,9 +37,3 @@ def stand_in(sdk_folder, monkeypatch):
     library.standInSetGripper.argtypes = [ctypes.c_double]
     library.standInReset()
     return library
-"""Drivers know no LeafSystems: `make test` runs their tests once."""
-
-import os
-
-if os.environ.get("DUAL_PROXY_FACES") == "python":
-    collect_ignore_glob = ["test_*.py"]
