@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'DriverError', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueReading', 'ForceTorqueSensor', 'ForceTorqueSensorDriver', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RdtCounts', 'RdtSensor', 'RdtSensorParams', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockOffset', 'ClockOffsetParams', 'ClockOffsetState', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'DriverError', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueReading', 'ForceTorqueSensor', 'ForceTorqueSensorDriver', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HandleReading', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticDeviceCounters', 'HapticDeviceThreadParams', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkEnd', 'LinkEndParams', 'LinkEndState', 'LinkFrame', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OmegaDevice', 'OmegaDeviceParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RdtCounts', 'RdtSensor', 'RdtSensorParams', 'RobotCycle', 'RobotCycleState', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'decode_frame', 'describe_wire_error', 'encode_frame', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -615,6 +615,373 @@ class LinkMonitor:
     @property
     def params(self) -> LinkMonitorParams:
         ...
+class LinkFrame:
+    """
+    What two processes exchange: a message, and what its receiver needs to trust it
+    (docs/link.md).
+    """
+    CLUTCH: typing.ClassVar[int] = 1
+    FAULT: typing.ClassVar[int] = 4
+    HOLDING: typing.ClassVar[int] = 2
+    SIZE: typing.ClassVar[int] = 416
+    VERSION: typing.ClassVar[int] = 1
+    def __copy__(self) -> LinkFrame:
+        ...
+    def __deepcopy__(self, memo: dict) -> LinkFrame:
+        ...
+    def __init__(self) -> None:
+        ...
+    @property
+    def direction(self) -> str:
+        """
+        "to_robot" or "to_haptic".
+        """
+    @direction.setter
+    def direction(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def echo_age(self) -> float:
+        """
+        How long ago it came, s, >= 0.
+        """
+    @echo_age.setter
+    def echo_age(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def echo_session(self) -> int:
+        """
+        Of the newest frame that the sender has; 0: it has none.
+        """
+    @echo_session.setter
+    def echo_session(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def echo_time(self) -> float:
+        """
+        `time` of that frame, s.
+        """
+    @echo_time.setter
+    def echo_time(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def flags(self) -> int:
+        """
+        1: clutch pressed, 2: holding, 4: fault; or a sum.
+        """
+    @flags.setter
+    def flags(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def message(self) -> Message:
+        """
+        A Message; sequence -1: none yet. A copy.
+        """
+    @message.setter
+    def message(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def number(self) -> int:
+        """
+        0, 1, 2, ... in a session.
+        """
+    @number.setter
+    def number(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def session(self) -> int:
+        """
+        Of a start of the sender; not 0.
+        """
+    @session.setter
+    def session(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
+    def time(self) -> float:
+        """
+        When it was made, sender's clock, s.
+        """
+    @time.setter
+    def time(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+class ClockOffsetParams:
+    """
+    Parameters of ClockOffset.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'samples': 'in [1, 100]: newest round trips that are looked at, default 100', 'min_samples': 'in [1, samples]: round trips before there is an estimate, default 10', 'spacing': 's, >= 0: round trips that end within this count as one, the shortest: a burst of late ones is not many, default 0.015', 'max_age': 's, > 0: round trips that ended longer ago are forgotten, default 10', 'share': 'in (0, 1]: of the round trips, the shortest, of which the mean is the estimate: what waited nowhere is symmetric, default 0.1', 'max_slew': 's/s, in [0, 0.1]: by which the offset in use follows the estimate; more than clocks drift apart, default 0.001', 'jump_margin': 's, > 0: by which a round trip must contradict the offset in use, beyond what its own length explains, to show that a clock has jumped, default 0.001'}
+    def __copy__(self) -> ClockOffsetParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> ClockOffsetParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def jump_margin(self) -> float:
+        """
+        s, > 0: by which a round trip must contradict the offset in use, beyond what its own length explains, to show that a clock has jumped, default 0.001
+        """
+    @jump_margin.setter
+    def jump_margin(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_age(self) -> float:
+        """
+        s, > 0: round trips that ended longer ago are forgotten, default 10
+        """
+    @max_age.setter
+    def max_age(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_slew(self) -> float:
+        """
+        s/s, in [0, 0.1]: by which the offset in use follows the estimate; more than clocks drift apart, default 0.001
+        """
+    @max_slew.setter
+    def max_slew(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def min_samples(self) -> int:
+        """
+        in [1, samples]: round trips before there is an estimate, default 10
+        """
+    @min_samples.setter
+    def min_samples(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def samples(self) -> int:
+        """
+        in [1, 100]: newest round trips that are looked at, default 100
+        """
+    @samples.setter
+    def samples(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def share(self) -> float:
+        """
+        in (0, 1]: of the round trips, the shortest, of which the mean is the estimate: what waited nowhere is symmetric, default 0.1
+        """
+    @share.setter
+    def share(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def spacing(self) -> float:
+        """
+        s, >= 0: round trips that end within this count as one, the shortest: a burst of late ones is not many, default 0.015
+        """
+    @spacing.setter
+    def spacing(self, arg1: typing.Any) -> None:
+        ...
+class ClockOffsetState:
+    """
+    Memory of a ClockOffset.
+    """
+    def __copy__(self) -> ClockOffsetState:
+        ...
+    def __deepcopy__(self, memo: dict) -> ClockOffsetState:
+        ...
+    @property
+    def bad_inputs(self) -> int:
+        """
+        Round trips refused.
+        """
+    @property
+    def estimated(self) -> bool:
+        """
+        Whether there is an offset.
+        """
+    @property
+    def jumps(self) -> int:
+        """
+        Times that a clock has jumped.
+        """
+    @property
+    def offset(self) -> float:
+        """
+        Peer's clock minus own, s.
+        """
+    @property
+    def round_trip(self) -> float:
+        """
+        Mean of the shortest round trips, s.
+        """
+    @property
+    def trusted(self) -> bool:
+        """
+        Whether `offset` can be relied on.
+        """
+class ClockOffset:
+    """
+    Estimates by how much a peer's clock is ahead, from round trips.
+    """
+    @staticmethod
+    def to_local(peer_time: typing.SupportsFloat | typing.SupportsIndex, state: ClockOffsetState) -> float:
+        """
+        A time of the peer's by the own clock, s.
+        """
+    def __init__(self, params: ClockOffsetParams = ...) -> None:
+        ...
+    def make_state(self) -> ClockOffsetState:
+        ...
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, echo_time: typing.SupportsFloat | typing.SupportsIndex, echo_age: typing.SupportsFloat | typing.SupportsIndex, peer_time: typing.SupportsFloat | typing.SupportsIndex, state: ClockOffsetState) -> None:
+        """
+        Takes a round trip that ends at `time` and began at `echo_time` (s, own clock); the peer
+        answered at `peer_time` (s, its clock), `echo_age` after it got what it answers.
+        """
+    @property
+    def params(self) -> ClockOffsetParams:
+        ...
+class LinkEndParams:
+    """
+    Parameters of LinkEnd.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'interval': 's, > 0: after which a frame goes out though nothing is new: the newest message again, with what clocks and sessions need, default 0.02', 'clock': 'ClockOffsetParams: estimate of the other clock'}
+    def __copy__(self) -> LinkEndParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> LinkEndParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def clock(self) -> ClockOffsetParams:
+        """
+        ClockOffsetParams: estimate of the other clock
+        """
+    @clock.setter
+    def clock(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def interval(self) -> float:
+        """
+        s, > 0: after which a frame goes out though nothing is new: the newest message again, with what clocks and sessions need, default 0.02
+        """
+    @interval.setter
+    def interval(self, arg1: typing.Any) -> None:
+        ...
+class LinkEndState:
+    """
+    Memory and counters of a LinkEnd.
+    """
+    def __copy__(self) -> LinkEndState:
+        ...
+    def __deepcopy__(self, memo: dict) -> LinkEndState:
+        ...
+    @property
+    def bad_inputs(self) -> int:
+        """
+        Calls with a time that is not finite.
+        """
+    @property
+    def clock(self) -> ClockOffsetState:
+        """
+        ClockOffsetState of the other end. A copy.
+        """
+    @property
+    def flags(self) -> int:
+        """
+        What the other end says of itself.
+        """
+    @property
+    def heard_time(self) -> float:
+        """
+        When a frame of it was accepted, s.
+        """
+    @property
+    def lost(self) -> int:
+        """
+        Frames sent before one that came.
+        """
+    @property
+    def malformed(self) -> dict:
+        """
+        {why bytes were no frame: how often}; describe_wire_error() has the reasons for people.
+        """
+    @property
+    def message(self) -> Message:
+        """
+        The newest Message that may be acted on, its send_time by this end's clock; sequence -1
+        before the first. A copy.
+        """
+    @property
+    def peer(self) -> int:
+        """
+        Session that is heard; 0: none yet.
+        """
+    @property
+    def sent(self) -> int:
+        """
+        Frames sent.
+        """
+    @property
+    def session(self) -> int:
+        """
+        Of this end.
+        """
+    @property
+    def verdicts(self) -> dict:
+        """
+        {what became of frames: how many}.
+        """
+class LinkEnd:
+    """
+    One end of a link between two processes: frames of a side's messages, and of what comes only
+    the frames of one live sender, each once, in order, with times by this end's clock.
+    """
+    def __init__(self, sends: typing.Any, monitor: LinkMonitorParams = ..., params: LinkEndParams = ...) -> None:
+        """
+        `sends` is "to_robot" or "to_haptic"; `monitor` the side's.
+        """
+    def is_connected(self, time: typing.SupportsFloat | typing.SupportsIndex, state: LinkEndState) -> bool:
+        """
+        Whether the other end has been heard within the link's timeout.
+        """
+    def make_state(self, session: typing.SupportsInt | typing.SupportsIndex) -> LinkEndState:
+        """
+        `session`: random, 64 bits, another one at each start.
+        """
+    def receive(self, time: typing.SupportsFloat | typing.SupportsIndex, data: bytes, state: LinkEndState) -> str:
+        """
+        Takes bytes that came; returns what became of them. "accepted": state.message may be new.
+        """
+    def send(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, flags: typing.SupportsInt | typing.SupportsIndex, state: LinkEndState) -> bytes | None:
+        """
+        Call it every period with the newest message. Returns the bytes to be sent now, or None.
+        """
+    @property
+    def params(self) -> LinkEndParams:
+        ...
 class WorkspaceMapParams:
     """
     How the device's workspace lies in the robot's.
@@ -1100,7 +1467,7 @@ class RobotSideProxyParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams: between device and robot', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams: what counts as a good message', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose, default true", 'interpolator': 'PoseInterpolatorParams: how poses are joined', 'stiffness': 'N/m, >= 0: k_vir_r, default 500', 'rotational_stiffness': 'N m/rad, >= 0: likewise of rotations, default 10', 'max_force': 'N, >= 0: bound on |F_r|, default 20', 'max_moment': 'N m, >= 0: bound on |M_r|, default 2', 'force_rate': 'N/s, > 0: bound on the change of F_r, default 50', 'moment_rate': 'N m/s, > 0: bound on the change of M_r, default 10', 'max_motion_error': 'm, >= 0: bound on |dx_m|, 0 is none, default 0.02', 'max_distance': 'm, in (0, 0.25]: how far proxy and robot may part, default 0.15', 'catch_up_share': "in (0, 1]: share of the limiter's accelerations until the proxy has met the device's poses, default 1", 'recovery_speed': "m/s, > 0: of the proxy, from when a lost link is back until it has met the device's poses; no more than the limiter's, default 0.06", 'handover': 'one of "printed", "bumpless": how the forces start in a new direction: from the sensed force, or from where they are, default "bumpless"', 'period': 's, > 0: between updates, default 0.001'}
+    fields: typing.ClassVar[dict] = {'map': 'WorkspaceMapParams: between device and robot', 'workspace': 'WorkspaceLimitsParams: where the robot proxy may go', 'limiter': 'TrajectoryLimiterParams: how fast; its period is `period`', 'link': 'LinkMonitorParams: what counts as a good message', 'interpolate': "true: the device's poses are joined to a motion with continuous velocity, one message interval behind; false: the target is the newest pose, default true", 'interpolator': 'PoseInterpolatorParams: how poses are joined', 'stiffness': 'N/m, >= 0: k_vir_r, default 500', 'rotational_stiffness': 'N m/rad, >= 0: likewise of rotations, default 10', 'max_force': 'N, >= 0: bound on |F_r|, default 20', 'max_moment': 'N m, >= 0: bound on |M_r|, default 2', 'force_rate': 'N/s, > 0: bound on the change of F_r, default 50', 'moment_rate': 'N m/s, > 0: bound on the change of M_r, default 10', 'max_motion_error': 'm, >= 0: bound on |dx_m|, 0 is none, default 0.02', 'max_distance': 'm, in (0, 0.25]: how far proxy and robot may part, default 0.15', 'catch_up_share': "in (0, 1]: share of the limiter's accelerations until the proxy has met the device's poses, default 1", 'recovery_speed': "m/s, > 0: of the proxy, from when a lost link is back until it has met the device's poses; no more than the limiter's, default 0.06", 'reclutch': "true: when the robot begins to follow, for the first time or again, the hand's pose of that moment counts as the robot's own, so that it never travels by itself, and the map is displaced by what lies between them, as on hardware; false: the robot goes to where the hand is, default false", 'handover': 'one of "printed", "bumpless": how the forces start in a new direction: from the sensed force, or from where they are, default "bumpless"', 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> RobotSideProxyParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideProxyParams:
@@ -1233,6 +1600,14 @@ class RobotSideProxyParams:
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def reclutch(self) -> bool:
+        """
+        true: when the robot begins to follow, for the first time or again, the hand's pose of that moment counts as the robot's own, so that it never travels by itself, and the map is displaced by what lies between them, as on hardware; false: the robot goes to where the hand is, default false
+        """
+    @reclutch.setter
+    def reclutch(self, arg1: typing.Any) -> None:
         ...
     @property
     def recovery_speed(self) -> float:
@@ -3031,7 +3406,7 @@ class OperationalSpaceControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'motion': 'one of "operational_space", "cartesian_impedance": the law of motion: a tool that accelerates alike in every posture, or one that is as stiff, default "operational_space"', 'impedance': 'CartesianImpedanceParams: of motion "cartesian_impedance", in place of position_stiffness to rotation_damping', 'position_stiffness': '1/s^2, >= 0: Kpm, default 500', 'position_damping': '1/s, >= 0: Kvm, default 40', 'rotation_stiffness': '1/s^2, >= 0: Kpm of orientation, default 600', 'rotation_damping': '1/s, >= 0: Kvm of orientation, default 38', 'motion_speed_limit': 'm/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0', 'rotation_speed_limit': 'rad/s, >= 0: likewise of orientation; 0 is none, default 0', 'force_gain': '>= 0: Kpf, default 2.5', 'force_integral_gain': '1/s, >= 0: Kif, default 5.5', 'force_damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': "N, >= 0: bound on |Kpf e|, so that a force far from the reference, as of a bias, is answered no faster than the arm's torques can turn round; 0 is none, default 0", 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0', 'moment_gain': '>= 0: Kpf of moments, default 2.5', 'moment_integral_gain': '1/s, >= 0: Kif of moments, default 5.5', 'moment_damping': 'N m s/rad, >= 0: Kvf of moments, default 0.8', 'max_proportional_moment': 'N m, >= 0: bound on |Kpf e| of moments; 0 is none, default 0', 'max_integral_moment': 'N m, >= 0: bound on |Kif int e| of moments, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench; 0 is off, default 100', 'feed_forward': "true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true", 'selection_blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03', 'friction_feedback': 'FrictionFeedbackParams: of what a tool that slides feels', 'passivity': 'whether the passivity controllers of both loops act; they always observe, default true', 'force_passivity': 'TimeDomainPassivityParams: of the force loop; its enabled and period are ignored', 'moment_passivity': 'TimeDomainPassivityParams: of the moment loop, N m s/rad and J; its enabled and period are ignored', 'unit_mass_motion_force': 'true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, as it always is of motion "cartesian_impedance", default true', 'unit_inertia_motion_moment': 'true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed; likewise, default false', 'q_rest': '(7,), rad: posture kept in the null space, default [0, -0.785398, 0, -2.35619, 0, 1.5708, 0.785398]', 'posture_stiffness': '1/s^2, >= 0: of the posture, default 25', 'posture_damping': '1/s, >= 0: of the posture, default 10', 'posture_speed_limit': 'rad/s, >= 0: how fast a joint may take up its posture; 0 is none, default 0', 'max_mass': 'kg, > 0: apparent masses up to here are exact; beyond, towards a singularity, the apparent mass falls to zero, default 50', 'characteristic_length': 'm, > 0: lever that turns rotational inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams: ends and speeds of the joints', 'torque_limit': '(7,), N m, > 0: of each joint, default [87, 87, 87, 87, 12, 12, 12]', 'torque_rate_limit': 'N m/s, > 0: of each joint, default 1000', 'torque_margin': 'in [0, 1): share of both torque limits that is kept free, default 0.05', 'period': 's, > 0: of control, default 0.001'}
+    fields: typing.ClassVar[dict] = {'motion': 'one of "operational_space", "cartesian_impedance": the law of motion: a tool that accelerates alike in every posture, or one that is as stiff, default "operational_space"', 'impedance': 'CartesianImpedanceParams: of motion "cartesian_impedance", in place of position_stiffness to rotation_damping', 'position_stiffness': '1/s^2, >= 0: Kpm, default 500', 'position_damping': '1/s, >= 0: Kvm, default 40', 'rotation_stiffness': '1/s^2, >= 0: Kpm of orientation, default 600', 'rotation_damping': '1/s, >= 0: Kvm of orientation, default 38', 'motion_speed_limit': 'm/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0', 'rotation_speed_limit': 'rad/s, >= 0: likewise of orientation; 0 is none, default 0', 'force_gain': '>= 0: Kpf, default 2.5', 'force_integral_gain': '1/s, >= 0: Kif, default 5.5', 'force_damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': "N, >= 0: bound on |Kpf e|, so that a force far from the reference, as of a bias, is answered no faster than the arm's torques can turn round; 0 is none, default 0", 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0', 'moment_gain': '>= 0: Kpf of moments, default 2.5', 'moment_integral_gain': '1/s, >= 0: Kif of moments, default 5.5', 'moment_damping': 'N m s/rad, >= 0: Kvf of moments, default 0.8', 'max_proportional_moment': 'N m, >= 0: bound on |Kpf e| of moments; 0 is none, default 0', 'max_integral_moment': 'N m, >= 0: bound on |Kif int e| of moments, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench; 0 is off, default 100', 'feed_forward': "true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true", 'acceleration_feed_forward': 'false: of the two only the velocity, which spares the rate of the torques, as on hardware, default true', 'selection_blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03', 'friction_feedback': 'FrictionFeedbackParams: of what a tool that slides feels', 'passivity': 'whether the passivity controllers of both loops act; they always observe, default true', 'force_passivity': 'TimeDomainPassivityParams: of the force loop; its enabled and period are ignored', 'moment_passivity': 'TimeDomainPassivityParams: of the moment loop, N m s/rad and J; its enabled and period are ignored', 'unit_mass_motion_force': 'true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, as it always is of motion "cartesian_impedance", default true', 'unit_inertia_motion_moment': 'true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed; likewise, default false', 'q_rest': '(7,), rad: posture kept in the null space, default [0, -0.785398, 0, -2.35619, 0, 1.5708, 0.785398]', 'posture_stiffness': '1/s^2, >= 0: of the posture, default 25', 'posture_damping': '1/s, >= 0: of the posture, default 10', 'posture_speed_limit': 'rad/s, >= 0: how fast a joint may take up its posture; 0 is none, default 0', 'max_mass': 'kg, > 0: apparent masses up to here are exact; beyond, towards a singularity, the apparent mass falls to zero, default 50', 'characteristic_length': 'm, > 0: lever that turns rotational inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams: ends and speeds of the joints', 'torque_limit': '(7,), N m, > 0: of each joint, default [87, 87, 87, 87, 12, 12, 12]', 'torque_rate_limit': 'N m/s, > 0: of each joint, default 1000', 'torque_margin': 'in [0, 1): share of both torque limits that is kept free, default 0.05', 'gravity_compensation': "whether the torque holds the arm's weight; false for an arm that does so itself, as Franka's, default true", 'period': 's, > 0: of control, default 0.001'}
     def __copy__(self) -> OperationalSpaceControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperationalSpaceControllerParams:
@@ -3053,6 +3428,14 @@ class OperationalSpaceControllerParams:
         """
         Raises ValueError naming the field, the range and the value.
         """
+    @property
+    def acceleration_feed_forward(self) -> bool:
+        """
+        false: of the two only the velocity, which spares the rate of the torques, as on hardware, default true
+        """
+    @acceleration_feed_forward.setter
+    def acceleration_feed_forward(self, arg1: typing.Any) -> None:
+        ...
     @property
     def characteristic_length(self) -> float:
         """
@@ -3132,6 +3515,14 @@ class OperationalSpaceControllerParams:
         """
     @friction_feedback.setter
     def friction_feedback(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def gravity_compensation(self) -> bool:
+        """
+        whether the torque holds the arm's weight; false for an arm that does so itself, as Franka's, default true
+        """
+    @gravity_compensation.setter
+    def gravity_compensation(self, arg1: typing.Any) -> None:
         ...
     @property
     def impedance(self) -> CartesianImpedanceParams:
@@ -6227,7 +6618,7 @@ class RobotSideParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'RobotSideProxyParams: what the robot is to follow, and how', 'controller': 'OperationalSpaceControllerParams: of the robot', 'sender': 'PoseSenderParams: of its messages', 'perception': 'ContactPerceptionParams: its filters', 'planner': 'LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections', 'gripper': "GripperParams: that follows the device's"}
+    fields: typing.ClassVar[dict] = {'scheme': 'one of "dual_proxy", "position_force", "position_position", "four_channel", "tdpa", "wave_variables", "model_mediated": how the two sides work together, default "dual_proxy"', 'schemes': 'SchemesParams: of which that of `scheme` counts', 'proxy': 'RobotSideProxyParams: what the robot is to follow, and how', 'controller': 'OperationalSpaceControllerParams: of the robot', 'sender': 'PoseSenderParams: of its messages', 'perception': 'ContactPerceptionParams: its filters', 'planner': 'LocalPlannerParams: that shares the robot with the operator, if the scheme uses selections', 'gripper': "GripperParams: that follows the device's", 'max_sensor_age': 's, > 0: of a sensed wrench; with none that is good and younger the robot holds its place, default 0.01'}
     def __copy__(self) -> RobotSideParams:
         ...
     def __deepcopy__(self, memo: dict) -> RobotSideParams:
@@ -6264,6 +6655,14 @@ class RobotSideParams:
         """
     @gripper.setter
     def gripper(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_sensor_age(self) -> float:
+        """
+        s, > 0: of a sensed wrench; with none that is good and younger the robot holds its place, default 0.01
+        """
+    @max_sensor_age.setter
+    def max_sensor_age(self, arg1: typing.Any) -> None:
         ...
     @property
     def perception(self) -> ContactPerceptionParams:
@@ -6395,6 +6794,11 @@ class RobotSideState:
         m, for the gripper's driver
         """
     @property
+    def hold(self) -> str:
+        """
+        why the robot holds its place: "none" (it follows), "no_link", "no_sensor", "asked" or "bad_inputs"
+        """
+    @property
     def link(self) -> LinkMonitorState:
         """
         LinkMonitorState. A copy.
@@ -6483,14 +6887,15 @@ class RobotSide:
         """
         All signals of a state as one flat float64 vector, by `layout`.
         """
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideState, sensor_ready: bool = True, contact_normals: typing.Any = None, planner_reference: typing.Any = None) -> None:
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, message: typing.Any, robot_position: typing.Any, robot_rotation: typing.Any, jacobian: typing.Any, mass: typing.Any, bias: typing.Any, gravity: typing.Any, jdot_v: typing.Any, q: typing.Any, v: typing.Any, force_selection: typing.Any, moment_selection: typing.Any, sensed_wrench: typing.Any, state: RobotSideState, sensor_ready: bool = True, contact_normals: typing.Any = None, planner_reference: typing.Any = None, sensor_age: typing.SupportsFloat | typing.SupportsIndex = 0.0, hold: bool = False, received_torque: typing.Any = None) -> None:
         """
         Advances `state` by one period. force_selection, moment_selection, contact_normals: (3, 3),
         the directions of contact if somebody else knows them; None, all: the side's own filters find them.
         Without a sensor that is ready the robot holds its place. Six-vectors are [linear; angular]
         or [force; moment], in B; jacobian (6, 7), mass (7, 7), bias (7,) without gravity, gravity
         (7,) as Drake's CalcGravityGeneralizedForces. planner_reference: a PlannerReference in place of the side's
-        own planner, or None.
+        own planner, or None. sensor_age: s, of the sensed wrench; hold: whether the robot is to hold its place;
+        received_torque: (7,), N m, what the arm got last, or None.
         """
     @property
     def layout(self) -> dict:
@@ -7035,6 +7440,608 @@ class HapticSide:
         """
     @property
     def params(self) -> HapticSideParams:
+        ...
+class DriverError(RuntimeError):
+    """
+    What went wrong with hardware, in one line.
+    """
+class RobotCycleState:
+    """
+    Memory of RobotCycle, and the results of the last cycle.
+    """
+    def __copy__(self) -> RobotCycleState:
+        ...
+    def __deepcopy__(self, memo: dict) -> RobotCycleState:
+        ...
+    @property
+    def message(self) -> typing.Any:
+        """
+        for the haptic side
+        """
+    @property
+    def pose(self) -> Pose:
+        """
+        Pose: X_BE. A copy.
+        """
+    @property
+    def sensor(self) -> ForceTorqueAdapterState:
+        """
+        ForceTorqueAdapterState. A copy.
+        """
+    @property
+    def side(self) -> RobotSideState:
+        """
+        RobotSideState. Not a copy.
+        """
+    @property
+    def torque(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[7, 1]"]:
+        """
+        (7,), N m, for the arm
+        """
+class RobotCycle:
+    """
+    All that a process which has a real arm does in a period, but for reading and writing:
+    the model's terms, the sensor's adapter, the robot side.
+    """
+    def __init__(self, *, side: RobotSideParams, model: ArmModelParams, sensor: ForceTorqueAdapterParams, p_SE: typing.Any) -> None:
+        """
+        side: RobotSideParams; model: ArmModelParams, of the arm with all that is beyond its flange;
+        sensor: ForceTorqueAdapterParams, whose period is the side's; p_SE: (3,), m, in the sensor's
+        frame S: from its origin to the tool point E.
+        """
+    def make_state(self, seed: typing.SupportsInt | typing.SupportsIndex = 0, angular_seed: typing.SupportsInt | typing.SupportsIndex = 1) -> RobotCycleState:
+        """
+        With the seeds of the filters.
+        """
+    def restart(self, state: RobotCycleState, seed: typing.SupportsInt | typing.SupportsIndex = 0, angular_seed: typing.SupportsInt | typing.SupportsIndex = 1) -> None:
+        """
+        As after a start, but that the sensor's bias stays known: the arm has been stopped, and may be
+        somewhere else.
+        """
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, q: typing.Any, v: typing.Any, message: typing.Any, state: RobotCycleState, *, sensor_time: typing.SupportsFloat | typing.SupportsIndex, sensor_valid: bool, measured: typing.Any, received_torque: typing.Any = None, hold: bool = False, tare: bool = False) -> None:
+        """
+        Advances `state` by one period. time: s, not decreasing, time.monotonic(); q, v: (7,), rad, rad/s;
+        message: the newest from the haptic side, stamped by this machine's clock; sensor_time: s, sensor_valid,
+        measured: (6,) [force; moment], N, N m, in S, of the arm on the tool; received_torque: (7,), N m,
+        what the arm got last, or None; hold: whether the robot is to hold its place; tare: whether the
+        sensor's bias is to be learned anew.
+        """
+    @property
+    def period(self) -> float:
+        """
+        s
+        """
+class HandleReading:
+    """
+    What was read of a haptic device, and when.
+    """
+    def age(self, now: typing.SupportsFloat | typing.SupportsIndex) -> float:
+        """
+        s, at `now`.
+        """
+    @property
+    def clutch(self) -> bool:
+        """
+        whether it is pressed
+        """
+    @property
+    def gripper_opening(self) -> float:
+        """
+        m; not a number: no gripper
+        """
+    @property
+    def pose(self) -> Pose:
+        """
+        X_DH, Pose, of the handle from the device's home. A copy.
+        """
+    @property
+    def time(self) -> float:
+        """
+        s, of time.monotonic(), at which the device had it
+        """
+    @property
+    def valid(self) -> bool:
+        """
+        whether the device answered; what is not valid is the last that was
+        """
+    @property
+    def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        (6,) [linear; angular], m/s, rad/s, in D
+        """
+class HapticDeviceCounters:
+    """
+    What a haptic device's thread has counted since it was opened.
+    """
+    @property
+    def bad_commands(self) -> int:
+        """
+        not finite, and so not taken
+        """
+    @property
+    def bad_reads(self) -> int:
+        """
+        failed, not finite or beyond reason
+        """
+    @property
+    def cycles(self) -> int:
+        ...
+    @property
+    def device_watchdogs(self) -> int:
+        """
+        times that the device found so itself
+        """
+    @property
+    def failed_writes(self) -> int:
+        """
+        forces that the device did not take
+        """
+    @property
+    def overruns(self) -> int:
+        """
+        cycles that took longer than a period
+        """
+    @property
+    def watchdogs(self) -> int:
+        """
+        times that commands stayed away
+        """
+class HapticDeviceThreadParams:
+    """
+    Parameters of the thread that serves a haptic device.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'rate': 'Hz, in [1000, 4000]: at which the device is served, default 2000', 'watchdog': 's, in [0.002, 0.1]: without a fresh command after which there is no force, default 0.02', 'max_force': 'N, in [0, 20]: largest force on the hand; an Omega.7 has 12, default 12', 'max_moment': 'N m, in [0, 1]: largest moment on the hand; an Omega.7 has none, default 0', 'max_gripper_force': 'N, in [0, 8]: largest force on the fingers; an Omega.7 has 8, default 8'}
+    def __copy__(self) -> HapticDeviceThreadParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> HapticDeviceThreadParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def max_force(self) -> float:
+        """
+        N, in [0, 20]: largest force on the hand; an Omega.7 has 12, default 12
+        """
+    @max_force.setter
+    def max_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_gripper_force(self) -> float:
+        """
+        N, in [0, 8]: largest force on the fingers; an Omega.7 has 8, default 8
+        """
+    @max_gripper_force.setter
+    def max_gripper_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_moment(self) -> float:
+        """
+        N m, in [0, 1]: largest moment on the hand; an Omega.7 has none, default 0
+        """
+    @max_moment.setter
+    def max_moment(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def rate(self) -> float:
+        """
+        Hz, in [1000, 4000]: at which the device is served, default 2000
+        """
+    @rate.setter
+    def rate(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def watchdog(self) -> float:
+        """
+        s, in [0.002, 0.1]: without a fresh command after which there is no force, default 0.02
+        """
+    @watchdog.setter
+    def watchdog(self, arg1: typing.Any) -> None:
+        ...
+class OmegaDeviceParams:
+    """
+    Parameters of OmegaDevice.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'thread': 'HapticDeviceThreadParams: that serves the device', 'library': "the SDK's folder or its file libdrd.so.*; empty: the environment variable FDSDK, else the usual folders", 'index': 'in [0, 127]: which of the devices, where there is no serial, default 0', 'serial': 'in [0, 65535]: serial number of the device; 0 is any, default 0', 'homing': 'whether a device that was not homed since it was switched on may move by itself to find its home, default false', 'clutch': 'one of "none", "button", "gripper": what is the clutch: a button, which on a device with a gripper is the gripper closed, or the gripper below an angle, default "button"', 'button': 'in [0, 31]: which button, where that is the clutch, default 0', 'gripper_angle': 'rad, in [0.01, 0.5]: below which the gripper is the clutch, if it is, default 0.1'}
+    def __copy__(self) -> OmegaDeviceParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> OmegaDeviceParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def button(self) -> int:
+        """
+        in [0, 31]: which button, where that is the clutch, default 0
+        """
+    @button.setter
+    def button(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def clutch(self) -> str:
+        """
+        one of "none", "button", "gripper": what is the clutch: a button, which on a device with a gripper is the gripper closed, or the gripper below an angle, default "button"
+        """
+    @clutch.setter
+    def clutch(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def gripper_angle(self) -> float:
+        """
+        rad, in [0.01, 0.5]: below which the gripper is the clutch, if it is, default 0.1
+        """
+    @gripper_angle.setter
+    def gripper_angle(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def homing(self) -> bool:
+        """
+        whether a device that was not homed since it was switched on may move by itself to find its home, default false
+        """
+    @homing.setter
+    def homing(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def index(self) -> int:
+        """
+        in [0, 127]: which of the devices, where there is no serial, default 0
+        """
+    @index.setter
+    def index(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def library(self) -> str:
+        """
+        the SDK's folder or its file libdrd.so.*; empty: the environment variable FDSDK, else the usual folders
+        """
+    @library.setter
+    def library(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def serial(self) -> int:
+        """
+        in [0, 65535]: serial number of the device; 0 is any, default 0
+        """
+    @serial.setter
+    def serial(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def thread(self) -> HapticDeviceThreadParams:
+        """
+        HapticDeviceThreadParams: that serves the device
+        """
+    @thread.setter
+    def thread(self, arg1: typing.Any) -> None:
+        ...
+class OmegaDevice:
+    """
+    An Omega.7, or another device of Force Dimension's, by the vendor's SDK, which is loaded
+    when it is opened (docs/omega.md). A thread of its own serves the device; `read` and
+    `write` exchange newest values with it, and return at once.
+    """
+    def __enter__(self) -> OmegaDevice:
+        ...
+    def __exit__(self, *args) -> None:
+        ...
+    def __init__(self, params: OmegaDeviceParams = ...) -> None:
+        ...
+    def close(self) -> None:
+        """
+        Takes the force off the hand and lets go of the device.
+        """
+    def open(self) -> None:
+        """
+        Finds the device and makes it ready, with no force on the hand. Raises DriverError.
+        """
+    def read(self) -> HandleReading:
+        """
+        The newest HandleReading.
+        """
+    def write(self, wrench: typing.Any, gripper_force: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        """
+        wrench: (6,) [force; moment] on the hand, N, N m, in D; gripper_force: N, > 0 opens.
+        It acts until the next call, or the watchdog. What is not finite is no command.
+        """
+    @property
+    def counters(self) -> HapticDeviceCounters:
+        """
+        HapticDeviceCounters. A copy.
+        """
+    @property
+    def fault(self) -> str:
+        """
+        What is wrong with it; empty: nothing.
+        """
+    @property
+    def name(self) -> str:
+        """
+        Which device it is, once it was opened.
+        """
+    @property
+    def real_time(self) -> bool:
+        """
+        Whether its thread has real-time priority.
+        """
+class ForceTorqueReading:
+    """
+    What a force/torque sensor measured, and when.
+    """
+    def age(self, now: typing.SupportsFloat | typing.SupportsIndex) -> float:
+        """
+        s: how old it is at `now`, of time.monotonic()
+        """
+    @property
+    def time(self) -> float:
+        """
+        s, of time.monotonic(): when the sensor had this value; -inf if never
+        """
+    @property
+    def valid(self) -> bool:
+        """
+        Whether the sensor is there and reports no fault. One that is not valid is the last
+        that was.
+        """
+    @property
+    def value(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (6,) [force; moment about the sensor's origin], N, N m, in S: of the arm on the tool
+        """
+class ForceTorqueSensorDriver:
+    """
+    A force/torque sensor at the wrist; a context manager that opens and closes it.
+    """
+    def __enter__(self) -> typing.Any:
+        ...
+    def __exit__(self, *args) -> None:
+        ...
+    def close(self) -> None:
+        """
+        May be called at any time, also again.
+        """
+    def open(self) -> None:
+        """
+        Returns when there are readings. Raises DriverError.
+        """
+    def read(self) -> ForceTorqueReading:
+        """
+        Returns the newest reading, at once.
+        """
+    @property
+    def fault(self) -> str:
+        """
+        What is wrong with it, in one line; "": nothing.
+        """
+class RdtSensorParams:
+    """
+    Parameters of RdtSensor. S is the frame in which the force is wanted, N the one in which the
+    sensor gives it, with the same origin.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'host': 'name or address of the sensor', 'port': 'in [1, 65535]: UDP, of the sensor, default 49152', 'local_address': "of the network card that it is connected to; empty: the system's choice", 'local_port': 'in [0, 65535]: UDP, of this side; 0: any, default 0', 'counts_per_force': '> 0: counts that are one force_unit (cfgcpf), default 1e+06', 'counts_per_torque': '> 0: counts that are one torque_unit (cfgcpt), default 1e+06', 'force_unit': 'one of "N", "kN", "lbf", "klbf", "kgf", "gf": of the sensor\'s forces, default "N"', 'torque_unit': 'one of "Nm", "Nmm", "kNm", "lbf-in", "lbf-ft", "kgf-cm": of its torques, default "Nm"', 'reports': 'one of "tool_on_arm", "arm_on_tool": whose force on whom: an ATI\'s is the load on the sensor, tool_on_arm, default "tool_on_arm"', 'R_SN': "(3, 3), a rotation matrix: axes N in which the sensor reports, in S, whose axes are E's: how it is mounted, default identity", 'max_force': 'N, in (0, 10000]: that the sensor measures, per axis: beyond it a reading is not valid, default 500', 'max_moment': 'N m, in (0, 10000]: likewise, default 50', 'silence': 's, in [0.01, 10]: without a record, after which a reading is not valid and the stream is asked for again, default 0.1', 'frozen_time': 's, > 0: with the same values, after which they are not valid: a sensor that works has noise, default 0.05'}
+    def __copy__(self) -> RdtSensorParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> RdtSensorParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def R_SN(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3, 3), a rotation matrix: axes N in which the sensor reports, in S, whose axes are E's: how it is mounted, default identity
+        """
+    @R_SN.setter
+    def R_SN(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def counts_per_force(self) -> float:
+        """
+        > 0: counts that are one force_unit (cfgcpf), default 1e+06
+        """
+    @counts_per_force.setter
+    def counts_per_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def counts_per_torque(self) -> float:
+        """
+        > 0: counts that are one torque_unit (cfgcpt), default 1e+06
+        """
+    @counts_per_torque.setter
+    def counts_per_torque(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def force_unit(self) -> str:
+        """
+        one of "N", "kN", "lbf", "klbf", "kgf", "gf": of the sensor's forces, default "N"
+        """
+    @force_unit.setter
+    def force_unit(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def frozen_time(self) -> float:
+        """
+        s, > 0: with the same values, after which they are not valid: a sensor that works has noise, default 0.05
+        """
+    @frozen_time.setter
+    def frozen_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def host(self) -> str:
+        """
+        name or address of the sensor
+        """
+    @host.setter
+    def host(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def local_address(self) -> str:
+        """
+        of the network card that it is connected to; empty: the system's choice
+        """
+    @local_address.setter
+    def local_address(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def local_port(self) -> int:
+        """
+        in [0, 65535]: UDP, of this side; 0: any, default 0
+        """
+    @local_port.setter
+    def local_port(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_force(self) -> float:
+        """
+        N, in (0, 10000]: that the sensor measures, per axis: beyond it a reading is not valid, default 500
+        """
+    @max_force.setter
+    def max_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_moment(self) -> float:
+        """
+        N m, in (0, 10000]: likewise, default 50
+        """
+    @max_moment.setter
+    def max_moment(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def port(self) -> int:
+        """
+        in [1, 65535]: UDP, of the sensor, default 49152
+        """
+    @port.setter
+    def port(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def reports(self) -> str:
+        """
+        one of "tool_on_arm", "arm_on_tool": whose force on whom: an ATI's is the load on the sensor, tool_on_arm, default "tool_on_arm"
+        """
+    @reports.setter
+    def reports(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def silence(self) -> float:
+        """
+        s, in [0.01, 10]: without a record, after which a reading is not valid and the stream is asked for again, default 0.1
+        """
+    @silence.setter
+    def silence(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def torque_unit(self) -> str:
+        """
+        one of "Nm", "Nmm", "kNm", "lbf-in", "lbf-ft", "kgf-cm": of its torques, default "Nm"
+        """
+    @torque_unit.setter
+    def torque_unit(self, arg1: typing.Any) -> None:
+        ...
+class RdtCounts:
+    """
+    What came of the records of a sensor's stream.
+    """
+    @property
+    def faulty(self) -> int:
+        """
+        taken, with values that are not valid
+        """
+    @property
+    def late(self) -> int:
+        """
+        older than the newest; counted as lost, too
+        """
+    @property
+    def lost(self) -> int:
+        """
+        not there when a later one came
+        """
+    @property
+    def malformed(self) -> int:
+        """
+        datagrams that are no record
+        """
+    @property
+    def repeated(self) -> int:
+        """
+        the newest once more
+        """
+    @property
+    def requests(self) -> int:
+        """
+        how often the stream was asked for
+        """
+    @property
+    def restarts(self) -> int:
+        """
+        of the numbers, by the sensor
+        """
+    @property
+    def taken(self) -> int:
+        """
+        newer than all before
+        """
+class RdtSensor(ForceTorqueSensorDriver):
+    """
+    A force/torque sensor that speaks RDT: ATI's Net F/T, Ethernet Axia.
+    
+    A thread of its own receives; nothing of the sensor is changed, its bias least of all.
+    """
+    def __init__(self, params: RdtSensorParams = ...) -> None:
+        ...
+    @property
+    def counts(self) -> RdtCounts:
+        ...
+    @property
+    def params(self) -> RdtSensorParams:
         ...
 class ScenarioError(ValueError):
     """
@@ -8889,258 +9896,6 @@ class FilterTrialMetrics:
         """
         Of those, of dimension 1 or 2 with a direction_uncertainty below pi/2.
         """
-class DriverError(RuntimeError):
-    """
-    What went wrong with hardware, in one line.
-    """
-class ForceTorqueReading:
-    """
-    What a force/torque sensor measured, and when.
-    """
-    def age(self, now: typing.SupportsFloat | typing.SupportsIndex) -> float:
-        """
-        s: how old it is at `now`, of time.monotonic()
-        """
-    @property
-    def time(self) -> float:
-        """
-        s, of time.monotonic(): when the sensor had this value; -inf if never
-        """
-    @property
-    def valid(self) -> bool:
-        """
-        Whether the sensor is there and reports no fault. One that is not valid is the last
-        that was.
-        """
-    @property
-    def value(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        (6,) [force; moment about the sensor's origin], N, N m, in S: of the arm on the tool
-        """
-class ForceTorqueSensorDriver:
-    """
-    A force/torque sensor at the wrist; a context manager that opens and closes it.
-    """
-    def __enter__(self) -> typing.Any:
-        ...
-    def __exit__(self, *args) -> None:
-        ...
-    def close(self) -> None:
-        """
-        May be called at any time, also again.
-        """
-    def open(self) -> None:
-        """
-        Returns when there are readings. Raises DriverError.
-        """
-    def read(self) -> ForceTorqueReading:
-        """
-        Returns the newest reading, at once.
-        """
-    @property
-    def fault(self) -> str:
-        """
-        What is wrong with it, in one line; "": nothing.
-        """
-class RdtSensorParams:
-    """
-    Parameters of RdtSensor. S is the frame in which the force is wanted, N the one in which the
-    sensor gives it, with the same origin.
-    """
-    __fields__: typing.ClassVar[list]
-    __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'host': 'name or address of the sensor', 'port': 'in [1, 65535]: UDP, of the sensor, default 49152', 'local_address': "of the network card that it is connected to; empty: the system's choice", 'local_port': 'in [0, 65535]: UDP, of this side; 0: any, default 0', 'counts_per_force': '> 0: counts that are one force_unit (cfgcpf), default 1e+06', 'counts_per_torque': '> 0: counts that are one torque_unit (cfgcpt), default 1e+06', 'force_unit': 'one of "N", "kN", "lbf", "klbf", "kgf", "gf": of the sensor\'s forces, default "N"', 'torque_unit': 'one of "Nm", "Nmm", "kNm", "lbf-in", "lbf-ft", "kgf-cm": of its torques, default "Nm"', 'reports': 'one of "tool_on_arm", "arm_on_tool": whose force on whom: an ATI\'s is the load on the sensor, tool_on_arm, default "tool_on_arm"', 'R_SN': "(3, 3), a rotation matrix: axes N in which the sensor reports, in S, whose axes are E's: how it is mounted, default identity", 'max_force': 'N, in (0, 10000]: that the sensor measures, per axis: beyond it a reading is not valid, default 500', 'max_moment': 'N m, in (0, 10000]: likewise, default 50', 'silence': 's, in [0.01, 10]: without a record, after which a reading is not valid and the stream is asked for again, default 0.1', 'frozen_time': 's, > 0: with the same values, after which they are not valid: a sensor that works has noise, default 0.05'}
-    def __copy__(self) -> RdtSensorParams:
-        ...
-    def __deepcopy__(self, memo: dict) -> RdtSensorParams:
-        ...
-    def __eq__(self, arg0: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> dict:
-        ...
-    def __init__(self, **kwargs) -> None:
-        """
-        Keyword arguments are the fields; the rest have their defaults.
-        Raises TypeError for an unknown field, ValueError for a value out of range.
-        """
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, arg0: dict) -> None:
-        ...
-    def validate(self) -> None:
-        """
-        Raises ValueError naming the field, the range and the value.
-        """
-    @property
-    def R_SN(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        (3, 3), a rotation matrix: axes N in which the sensor reports, in S, whose axes are E's: how it is mounted, default identity
-        """
-    @R_SN.setter
-    def R_SN(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def counts_per_force(self) -> float:
-        """
-        > 0: counts that are one force_unit (cfgcpf), default 1e+06
-        """
-    @counts_per_force.setter
-    def counts_per_force(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def counts_per_torque(self) -> float:
-        """
-        > 0: counts that are one torque_unit (cfgcpt), default 1e+06
-        """
-    @counts_per_torque.setter
-    def counts_per_torque(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def force_unit(self) -> str:
-        """
-        one of "N", "kN", "lbf", "klbf", "kgf", "gf": of the sensor's forces, default "N"
-        """
-    @force_unit.setter
-    def force_unit(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def frozen_time(self) -> float:
-        """
-        s, > 0: with the same values, after which they are not valid: a sensor that works has noise, default 0.05
-        """
-    @frozen_time.setter
-    def frozen_time(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def host(self) -> str:
-        """
-        name or address of the sensor
-        """
-    @host.setter
-    def host(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def local_address(self) -> str:
-        """
-        of the network card that it is connected to; empty: the system's choice
-        """
-    @local_address.setter
-    def local_address(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def local_port(self) -> int:
-        """
-        in [0, 65535]: UDP, of this side; 0: any, default 0
-        """
-    @local_port.setter
-    def local_port(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def max_force(self) -> float:
-        """
-        N, in (0, 10000]: that the sensor measures, per axis: beyond it a reading is not valid, default 500
-        """
-    @max_force.setter
-    def max_force(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def max_moment(self) -> float:
-        """
-        N m, in (0, 10000]: likewise, default 50
-        """
-    @max_moment.setter
-    def max_moment(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def port(self) -> int:
-        """
-        in [1, 65535]: UDP, of the sensor, default 49152
-        """
-    @port.setter
-    def port(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def reports(self) -> str:
-        """
-        one of "tool_on_arm", "arm_on_tool": whose force on whom: an ATI's is the load on the sensor, tool_on_arm, default "tool_on_arm"
-        """
-    @reports.setter
-    def reports(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def silence(self) -> float:
-        """
-        s, in [0.01, 10]: without a record, after which a reading is not valid and the stream is asked for again, default 0.1
-        """
-    @silence.setter
-    def silence(self, arg1: typing.Any) -> None:
-        ...
-    @property
-    def torque_unit(self) -> str:
-        """
-        one of "Nm", "Nmm", "kNm", "lbf-in", "lbf-ft", "kgf-cm": of its torques, default "Nm"
-        """
-    @torque_unit.setter
-    def torque_unit(self, arg1: typing.Any) -> None:
-        ...
-class RdtCounts:
-    """
-    What came of the records of a sensor's stream.
-    """
-    @property
-    def faulty(self) -> int:
-        """
-        taken, with values that are not valid
-        """
-    @property
-    def late(self) -> int:
-        """
-        older than the newest; counted as lost, too
-        """
-    @property
-    def lost(self) -> int:
-        """
-        not there when a later one came
-        """
-    @property
-    def malformed(self) -> int:
-        """
-        datagrams that are no record
-        """
-    @property
-    def repeated(self) -> int:
-        """
-        the newest once more
-        """
-    @property
-    def requests(self) -> int:
-        """
-        how often the stream was asked for
-        """
-    @property
-    def restarts(self) -> int:
-        """
-        of the numbers, by the sensor
-        """
-    @property
-    def taken(self) -> int:
-        """
-        newer than all before
-        """
-class RdtSensor(ForceTorqueSensorDriver):
-    """
-    A force/torque sensor that speaks RDT: ATI's Net F/T, Ethernet Axia.
-    
-    A thread of its own receives; nothing of the sensor is changed, its bias least of all.
-    """
-    def __init__(self, params: RdtSensorParams = ...) -> None:
-        ...
-    @property
-    def counts(self) -> RdtCounts:
-        ...
-    @property
-    def params(self) -> RdtSensorParams:
-        ...
 def _angular_metric_descriptions() -> list[tuple[str, str, str]]:
     """
     The same of those of the angular filter.
@@ -9271,6 +10026,19 @@ def _watch_log(time: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m
 def calc_operational_space_inertia(jacobian: typing.Any, mass: typing.Any, max_mass: typing.SupportsFloat | typing.SupportsIndex = 50.0, length: typing.SupportsFloat | typing.SupportsIndex = 0.2) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"], bool]:
     """
     Returns (Lambda, singular): (J A^-1 J^T)^-1 bounded, (6, 6), in B, and whether the bound acted.
+    """
+def decode_frame(data: bytes, direction: typing.Any) -> LinkFrame:
+    """
+    The LinkFrame that came in a direction.
+    Raises ValueError for bytes that are none, saying why.
+    """
+def describe_wire_error(name: typing.Any) -> str:
+    """
+    For people what a name in LinkEndState.malformed means, to complete "the bytes ...".
+    """
+def encode_frame(frame: LinkFrame) -> bytes:
+    """
+    The bytes of a LinkFrame, whatever is in it.
     """
 def rate_limit(previous: typing.Any, target: typing.Any, max_step: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
     """

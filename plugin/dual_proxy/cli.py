@@ -599,6 +599,9 @@ def _keys(options: argparse.Namespace) -> int:
             f"({', '.join(hosts[side])}), and to no other"
         )
     print("Whoever has a key.pem can pass for that side. Keep none here.")
+    return 0
+
+
 def _add_calibrate_tool(commands: Any) -> None:
     command = commands.add_parser(
         "calibrate-tool",
