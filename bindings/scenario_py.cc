@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/experiment/bare_engine.h"
 #include "dual_proxy/experiment/drake_scene.h"
 #include "dual_proxy/experiment/scenario.h"
 #include "dual_proxy/experiment/scene_params.h"
@@ -189,6 +190,11 @@ void BindScenario(py::module_& m) {
            "RobotSideParams of this scenario.")
       .def("haptic_side_params", &MakeHapticSideParams,
            "HapticSideParams of this scenario.")
+      .def("simulated_arm_params", &MakeSimulatedArmParams,
+           "SimulatedArmParams of engine bare for this scenario.")
+      .def("contact_scene_params", &MakeContactSceneParams,
+           "ContactSceneParams of engine bare for this scenario. Raises "
+           "ScenarioError if it needs Drake.")
       .def(
           "handle_path",
           [](const S& self) { return OperatorPath(CalcHandlePath(self)); },

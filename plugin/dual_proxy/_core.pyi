@@ -9052,6 +9052,10 @@ class Scenario:
         The seed of a stream of random numbers, from `seed`: of the "filter", the "sensor", the
         channels "to_robot" and "to_device", the "angular_filter".
         """
+    def contact_scene_params(self) -> ContactSceneParams:
+        """
+        ContactSceneParams of engine bare for this scenario. Raises ScenarioError if it needs Drake.
+        """
     def handle_path(self) -> OperatorPath:
         """
         OperatorPath: where the operator means the handle to go, in D. Raises ScenarioError
@@ -9075,6 +9079,10 @@ class Scenario:
         """
         How long a run lasts, s; see `extend_for_delay`. Raises ScenarioError if a recording
         cannot be read.
+        """
+    def simulated_arm_params(self) -> SimulatedArmParams:
+        """
+        SimulatedArmParams of engine bare for this scenario.
         """
     def validate(self) -> None:
         """

@@ -14,6 +14,7 @@ import argparse
 import contextlib
 import importlib
 import importlib.metadata
+import math
 import os
 import re
 import signal
@@ -65,6 +66,8 @@ examples:
   dual-proxy bench engine --quick
   dual-proxy keys out/keys --robot-host 192.168.1.10 --haptic-host 192.168.1.20
   dual-proxy calibrate-tool poses.csv --out tool.yaml
+  dual-proxy robot-side plane --arm simulated --listen 127.0.0.1:7447 --insecure
+  dual-proxy haptic-side plane --device simulated --connect 127.0.0.1:7447 --insecure
 """
 
 
@@ -218,6 +221,8 @@ def _main(arguments: Sequence[str] | None) -> int:
             return _reproduce(options)
         if options.command == "stress":
             return _stress(options)
+        if options.command in ("robot-side", "haptic-side"):
+            return _run_side(options)
         return _run(options)
     except SystemExit as end:  # Of the parser, whose output may not be out yet.
         return end.code if isinstance(end.code, int) else 0
@@ -303,6 +308,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_stress(commands)
     _add_keys(commands)
     _add_calibrate_tool(commands)
+    _add_sides(commands)
     return parser
 
 
@@ -310,7 +316,18 @@ def _add_scenario(command: argparse.ArgumentParser) -> None:
     """Add what every command that runs a scenario has."""
     add = command.add_argument
     add("scenario", metavar="SCENARIO", help="its name, or the path of a YAML file")
+    _add_settings(command)
     add(
+        "--engine",
+        choices=ENGINES,
+        default="auto",
+        help="what simulates the robot: drake, or bare, the project's own arm, which "
+        "is faster; auto takes drake for a Panda",
+    )
+
+
+def _add_settings(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
         "--set",
         dest="settings",
         action="append",
@@ -318,13 +335,6 @@ def _add_scenario(command: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         help="any value of the scenario by dotted key, e.g. controller.force_gain=1;"
         " may be given many times",
-    )
-    add(
-        "--engine",
-        choices=ENGINES,
-        default="auto",
-        help="what simulates the robot: drake, or bare, the project's own arm, which "
-        "is faster; auto takes drake for a Panda",
     )
 
 
@@ -656,6 +666,50 @@ def _calibrate_tool(options: argparse.Namespace) -> int:
     options.out.write_text(calibration.yaml(options.samples.name), encoding="utf-8")
     print(f"\nsaved: {options.out}")
     return 0
+
+
+def _add_sides(commands: Any) -> None:
+    for side, text in (
+        ("robot", "run the robot side alone: an arm, its sensor, the link"),
+        ("haptic", "run the haptic side alone: a device, the link"),
+    ):
+        command = commands.add_parser(
+            f"{side}-side",
+            help=text,
+            epilog="docs/hardware.md says what to look at before, and in what order.",
+        )
+        command.add_argument(
+            "scenario",
+            metavar="SCENARIO",
+            help="of map, gains and limits: its name, or the path of a YAML file",
+        )
+        _add_settings(command)
+        # Light enough; what needs the extra `hardware` is imported when it is used.
+        options = importlib.import_module("dual_proxy.hardware.options")
+        getattr(options, f"add_{side}_side")(command)
+
+
+def _run_side(options: argparse.Namespace) -> int:
+    # Here, as it needs the extra `hardware`.
+    commands = importlib.import_module("dual_proxy.hardware.commands")
+    from dual_proxy._core import DriverError
+
+    scenario = change_scenario(
+        options.scenario, overrides=dict(map(_setting, options.settings))
+    )
+    make = commands.make_robot_side
+    if options.command == "haptic-side":
+        make = commands.make_haptic_side
+    try:
+        side = make(options, scenario)
+        ends = dict.fromkeys(
+            (signal.SIGINT, signal.SIGTERM, signal.SIGHUP), lambda *_: side.stop()
+        )
+        with _handling(ends):
+            done = side.run(math.inf if options.duration is None else options.duration)
+    except (DriverError, RuntimeError) as error:
+        return _fail(one_line(error, 500), _RUN_FAILED)
+    return 0 if done else _RUN_FAILED
 
 
 def _list() -> int:

@@ -222,8 +222,8 @@ void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
     output.proxy_pose = input.X_BE;
   }
 
-  const bool guided =
-      input.sensor_ready && state->link.status == LinkStatus::kConnected;
+  const bool guided = input.sensor_ready && !input.hold &&
+                      state->link.status == LinkStatus::kConnected;
   const bool active = valid && guided;
   if (params_.reclutch && active && !state->following) Reclutch(time, state);
   state->following = active;

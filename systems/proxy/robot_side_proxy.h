@@ -121,6 +121,8 @@ struct RobotSideProxyInput {
   /// Whether the force sensor can be relied on; without it the robot holds its
   /// place.
   bool sensor_ready{true};
+  /// Whether the robot is to hold its place, as without a link.
+  bool hold{false};
 };
 
 /** One tick's outputs, in B. */

@@ -44,9 +44,14 @@ struct RobotHalfInput {
   /** Whether the force sensor can be relied on; without it the robot is to hold
   its place. */
   bool sensor_ready{true};
+  /** Whether the robot is to hold its place, as without a link. */
+  bool hold{false};
   /** Omega_p, a projection: the directions that a planner owns. The hand is to
   feel no contact there. */
   Eigen::Matrix3d planner_selection{Eigen::Matrix3d::Zero()};
+
+  /** Whether the robot may follow the hand, if there is a link. */
+  bool MayFollow() const { return sensor_ready && !hold; }
 };
 
 /** What the robot's controller is to do, in B. */

@@ -207,7 +207,7 @@ RobotSideState<Robot> RobotSide<Robot>::MakeState(
 template <typename Robot>
 void RobotSide<Robot>::TakePlanner(double time, const Input& input,
                                    State* state) const noexcept {
-  const bool ready = input.sensor_ready &&
+  const bool ready = input.sensor_ready && !input.hold &&
                      state->half.output().link.status == LinkStatus::kConnected;
   if (input.planner) {
     blend_->TakePlanner(*input.planner, ready, &state->blend);
@@ -254,8 +254,6 @@ void RobotSide<Robot>::Update(double time, const Input& input,
   RefuseBeyond(kMaxTime, &time);
   const bool finite = possible.sensed_wrench.allFinite();
   const bool sensed = TakeWrench(&possible, state);
-  const bool ready = possible.sensor_ready;
-  if (possible.hold) possible.sensor_ready = false;
   Advance(time, sensed, possible, state);
   if (!(time >= state->time) || !finite) output.bad_inputs = refused + 1;
   const LinkMonitorState& link = state->half.output().link;
@@ -263,7 +261,7 @@ void RobotSide<Robot>::Update(double time, const Input& input,
     output.hold = HoldReason::kBadInputs;
   } else if (input.hold) {
     output.hold = HoldReason::kAsked;
-  } else if (!ready) {
+  } else if (!possible.sensor_ready) {
     output.hold = HoldReason::kNoSensor;
   } else if (link.status != LinkStatus::kConnected) {
     output.hold = HoldReason::kNoLink;
@@ -297,6 +295,7 @@ void RobotSide<Robot>::Advance(double time, bool sensed, const Input& input,
                 .contact_normals = output.selections.normals,
                 .sensed_wrench = input.sensed_wrench,
                 .sensor_ready = input.sensor_ready,
+                .hold = input.hold,
                 .planner_selection = state->blend.planner.selection},
                &state->half);
   if (gripper_.enabled()) {

@@ -100,7 +100,7 @@ struct RobotSideInput {
   bool sensor_ready{true};
   /** s: how old the sensed wrench is. */
   double sensor_age{0};
-  /** Whether the robot is to hold its place, as without a sensor. */
+  /** Whether the robot is to hold its place, as without a link. */
   bool hold{false};
   /** N m: the command that the robot got last, if it says so; what is sent is
   limited in its rate against that. */
@@ -160,9 +160,10 @@ Perception and planner run where the scheme has use for selections. A cycle that
 the controller refused adds nothing to what the filters take.
 
 A wrench that is not finite is none: the last good one counts, until it is older
-than max_sensor_age. Then, as when the sensor is not ready or somebody asks for
-it, the robot holds its place: nothing is force-controlled, and the proxy stays
-where the robot is.
+than max_sensor_age. Then, as when the sensor is not ready, the robot holds its
+place: nothing is force-controlled, and the proxy stays where it has come to
+rest. When somebody asks for it (hold) or there is no link it holds its place,
+too, and what it touches it touches without a force to speak of.
 
 Another input that cannot be (common/possible.h) is refused as one that is not
 finite is. Time that goes back is counted, and goes on from there.

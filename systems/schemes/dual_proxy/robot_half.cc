@@ -33,7 +33,8 @@ void DualProxyRobotHalf::Update(double time, const RobotHalfInput& input,
                  .has_sensed = true,
                  .sensed_force = input.sensed_wrench.head<3>(),
                  .sensed_moment = input.sensed_wrench.tail<3>(),
-                 .sensor_ready = input.sensor_ready},
+                 .sensor_ready = input.sensor_ready,
+                 .hold = input.hold},
                 &state->proxy);
   const RobotSideProxyOutput& proxy = state->proxy.output;
   RobotHalfOutput& output = state->output;

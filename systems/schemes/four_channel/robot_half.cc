@@ -75,7 +75,7 @@ void FourChannelRobotHalf::Update(double time, const RobotHalfInput& input,
   if (std::isfinite(time) && IsValidPose(input.X_BE) &&
       input.v_BE.allFinite()) {
     const bool connected = state->link.status == LinkStatus::kConnected;
-    follower_.Update(state->goal, input.X_BE, connected && input.sensor_ready,
+    follower_.Update(state->goal, input.X_BE, connected && input.MayFollow(),
                      &state->follower);
     Vector3d force = params_.robot_stiffness * (target.p - input.X_BE.p) -
                      params_.robot_damping * v;

@@ -88,7 +88,8 @@ void ModelMediatedRobotHalf::Update(double time, const RobotHalfInput& input,
                  .has_sensed = true,
                  .sensed_force = input.sensed_wrench.head<3>(),
                  .sensed_moment = input.sensed_wrench.tail<3>(),
-                 .sensor_ready = input.sensor_ready},
+                 .sensor_ready = input.sensor_ready,
+                 .hold = input.hold},
                 &state->proxy);
   if (state->proxy.link.received != received) state->commanded = message.force;
 
@@ -97,7 +98,7 @@ void ModelMediatedRobotHalf::Update(double time, const RobotHalfInput& input,
   const Vector3d sensed = input.sensed_wrench.head<3>();
   const bool valid = state->proxy.bad_inputs == refused;
   const bool guided =
-      input.sensor_ready && state->proxy.link.status == LinkStatus::kConnected;
+      input.MayFollow() && state->proxy.link.status == LinkStatus::kConnected;
   if (valid && guided) {
     estimator_.Update(input.X_BE.p, sensed, Omega_f, &state->surface);
     const Vector3d force =

@@ -16,7 +16,8 @@ void PositionForceRobotHalf::Update(double time, const RobotHalfInput& input,
   proxy_.Update(time,
                 {.message = FromMessage<PoseMessage>(input.message),
                  .X_BE = input.X_BE,
-                 .sensor_ready = input.sensor_ready},
+                 .sensor_ready = input.sensor_ready,
+                 .hold = input.hold},
                 &state->proxy);
   const RobotSideProxyOutput& proxy = state->proxy.output;
   RobotHalfOutput& output = state->output;

@@ -44,7 +44,7 @@ void TdpaRobotHalf::Update(double time, const RobotHalfInput& input,
   if (std::isfinite(time) && IsValidPose(input.X_BE) &&
       input.v_BE.allFinite()) {
     const bool connected = state->link.status == LinkStatus::kConnected;
-    follower_.Update(state->goal, input.X_BE, connected && input.sensor_ready,
+    follower_.Update(state->goal, input.X_BE, connected && input.MayFollow(),
                      &state->follower);
     setpoint.rotation_error =
         LogRotation(input.X_BE.R * state->follower.target.R.transpose());

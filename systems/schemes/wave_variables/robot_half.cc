@@ -80,7 +80,7 @@ void WaveVariablesRobotHalf::Update(double time, const RobotHalfInput& input,
   setpoint.force_feedback = false;
   const bool valid =
       std::isfinite(time) && IsValidPose(input.X_BE) && input.v_BE.allFinite();
-  const bool connected = valid && input.sensor_ready &&
+  const bool connected = valid && input.MayFollow() &&
                          state->link.status == LinkStatus::kConnected;
   if (!connected) {
     state->player = player_.MakeState();

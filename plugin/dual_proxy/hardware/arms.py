@@ -1,0 +1,356 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Arms as the robot side's process has them: real ones and a simulated one.
+
+All are told torques without the arm's weight, once a period, and stop by themselves
+with an `ArmFault` when something is wrong.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dual_proxy._core import DriverError, SimulatedArm
+from dual_proxy.scenario import Scenario
+from dual_proxy.text import one_line
+
+__all__ = ["Arm", "ArmFault", "ArmReading", "FrankaArm", "SimulatedPanda", "Wrench"]
+
+Vector = NDArray[np.float64]
+Result = TypeVar("Result")
+
+_NO_WRENCH = np.zeros(6)
+
+
+class ArmFault(RuntimeError):
+    """The arm has stopped by itself, or was not to be reached: in one line, why."""
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """What a force/torque sensor measured, as RdtSensor's readings.
+
+    Attributes
+    ----------
+    time : s, time.monotonic(), at which it was measured.
+    valid : whether the sensor is there and reports no fault.
+    value : (6,) [force; moment about the sensor's origin], N, N m, in the sensor's
+        frame S: of the arm on the tool.
+    """
+
+    time: float = -math.inf
+    valid: bool = False
+    value: Vector = field(default_factory=lambda: _NO_WRENCH)
+
+
+@dataclass(frozen=True)
+class ArmReading:
+    """What an arm says of itself in a period.
+
+    Attributes
+    ----------
+    q, v : (7,), rad, rad/s.
+    received_torque : (7,), N m, the one that it got last, without its weight.
+    """
+
+    q: Vector
+    v: Vector
+    received_torque: Vector
+
+
+class Arm(Protocol):
+    """What the robot side's loop needs of an arm."""
+
+    def open(self) -> None:
+        """Connect, and see that it can be moved; move nothing. Raises DriverError."""
+
+    def look(self) -> ArmReading:
+        """Return what it says while it is not controlled. Raises ArmFault."""
+
+    def start(self) -> None:
+        """Begin to take torques. Raises ArmFault."""
+
+    def read(self) -> ArmReading:
+        """Return the next period's reading, when it has begun. Raises ArmFault."""
+
+    def write(self, torque: Vector, last: bool = False) -> None:
+        """Send the torque, (7,), N m, of this period; with `last` the arm is at rest
+        and is not controlled from then on. Raises ArmFault."""
+
+    def wrench(self) -> Wrench:
+        """Return what its own sensor, or its estimate, says at the last reading."""
+
+    def recover(self) -> None:
+        """Make it ready for `start` after an ArmFault. Raises ArmFault."""
+
+    def close(self) -> None:
+        """Let go of it; may be called at any time."""
+
+
+class FrankaArm:
+    """A Panda with newer firmware, or an FR3, by pylibfranka.
+
+    `wrench` is libfranka's estimate of the external wrench, by the arm's joint torque
+    sensors, with S in the stiffness frame K along the axes of the last link; the load
+    is the arm's to know (`load`), so that the adapter has no mass to subtract.
+
+    Parameters
+    ----------
+    host : the arm's name or address.
+    load : kg, mass of what is at the flange.
+    load_com : (3,), m, its centre, in the flange's frame.
+    torques, forces : N m, N and N m: collision thresholds, of all joints and of all
+        directions; beyond them the arm stops by a reflex.
+    enforce_realtime : whether a kernel that is not real-time is refused.
+    """
+
+    #: s: an arm that says nothing for so long is not there.
+    _LOAD_INERTIA = np.zeros(9)
+
+    def __init__(
+        self,
+        host: str,
+        *,
+        load: float = 0.0,
+        load_com: Any = (0.0, 0.0, 0.0),
+        torques: float = 40.0,
+        forces: float = 40.0,
+        enforce_realtime: bool = False,
+    ) -> None:
+        self._host = host
+        self._load = (load, [float(x) for x in load_com])
+        self._thresholds = (torques, forces)
+        self._enforce = enforce_realtime
+        self._robot: Any = None
+        self._control: Any = None
+        self._state: Any = None
+        self._read_at = -math.inf
+
+    def open(self) -> None:
+        """See Arm."""
+        import pylibfranka as franka
+
+        self._franka = franka
+        config = franka.RealtimeConfig
+        try:
+            self._robot = franka.Robot(
+                self._host, config.kEnforce if self._enforce else config.kIgnore
+            )
+            torques, forces = self._thresholds
+            self._robot.set_collision_behavior(
+                [torques] * 7, [torques] * 7, [forces] * 6, [forces] * 6
+            )
+            mass, com = self._load
+            self._robot.set_load(mass, com, list(self._LOAD_INERTIA))
+            self._state = self._robot.read_once()
+        except (RuntimeError, franka.FrankaException) as error:
+            self.close()
+            raise DriverError(f"arm at {self._host}: {one_line(error, 300)}") from None
+        mode = self._state.robot_mode
+        if mode != franka.RobotMode.Idle:
+            self.close()
+            raise DriverError(
+                f"arm at {self._host}: expected mode Idle, got {mode.name}"
+                f"{self._errors()}: release the user stop, unlock the joints, "
+                "activate FCI in Desk"
+            )
+
+    def look(self) -> ArmReading:
+        """See Arm."""
+        return self._guard(lambda: self._take(self._robot.read_once()))
+
+    def start(self) -> None:
+        """See Arm."""
+
+        def begin() -> None:
+            self._control = self._robot.start_torque_control()
+
+        self._guard(begin)
+
+    def read(self) -> ArmReading:
+        """See Arm."""
+        return self._guard(lambda: self._take(self._control.readOnce()[0]))
+
+    def write(self, torque: Vector, last: bool = False) -> None:
+        """See Arm."""
+        if not np.isfinite(torque).all():
+            raise ArmFault("a torque that is not finite")
+        command = self._franka.Torques(torque.tolist())
+        command.motion_finished = last
+        self._guard(lambda: self._control.writeOnce(command))
+        if last:
+            self._control = None
+
+    def wrench(self) -> Wrench:
+        """See Arm."""
+        state = self._state
+        # Of the arm on what it touches; without weight, so is that of the arm on
+        # the tool.
+        R_BE = np.reshape(state.O_T_EE, (4, 4)).T[:3, :3]
+        R_BK = R_BE @ np.reshape(state.EE_T_K, (4, 4)).T[:3, :3]
+        R_SK = self._R_BS(np.array(state.q)).T @ R_BK
+        value = np.array(state.K_F_ext_hat_K)
+        return Wrench(
+            self._read_at,
+            bool(np.isfinite(value).all()),
+            np.concatenate([R_SK @ value[:3], R_SK @ value[3:]]),
+        )
+
+    def recover(self) -> None:
+        """See Arm."""
+        self._control = None
+        self._guard(self._robot.automatic_error_recovery)
+
+    def close(self) -> None:
+        """See Arm."""
+        control, self._control = self._control, None
+        robot, self._robot = self._robot, None
+        if robot is not None and control is not None:
+            try:
+                robot.stop()
+            except Exception:  # It has stopped by itself, or is not there.
+                return
+
+    def _take(self, state: Any) -> ArmReading:
+        self._state = state
+        self._read_at = time.monotonic()
+        return ArmReading(
+            np.array(state.q), np.array(state.dq), np.array(state.tau_J_d)
+        )
+
+    def _guard(self, call: Callable[[], Result]) -> Result:
+        try:
+            return call()
+        except (RuntimeError, ValueError, self._franka.FrankaException) as error:
+            raise ArmFault(one_line(error, 300)) from None
+
+    def _errors(self) -> str:
+        text = str(self._state.current_errors).strip("[] ")
+        return f" ({text})" if text else ""
+
+    def _R_BS(self, q: Vector) -> Any:
+        if not hasattr(self, "_model"):
+            from dual_proxy._core import ArmModel
+            from dual_proxy.panda import PandaModel
+
+            self._model = ArmModel(PandaModel(1e-3).arm_params)
+        return self._model.calc(q, np.zeros(7))[1]
+
+
+class SimulatedPanda:
+    """The bare engine's arm in its scene, in real time, which behaves as a real one
+    does: it carries its weight, and a torque that is not finite, changes too fast, or
+    comes too late makes it stop.
+
+    Parameters
+    ----------
+    scenario : arm, tool, surfaces and where the tool starts.
+    delay : periods from a torque's being sent to its acting, 0 to 6.
+    patience : s, for how long it waits for a torque; a real arm stops after 20 ms.
+    """
+
+    #: N m/s, at which a torque may change.
+    _MAX_RATE = 1000.0
+
+    def __init__(
+        self, scenario: Scenario, delay: int = 0, patience: float = 0.03
+    ) -> None:
+        from dual_proxy.station import start_posture
+
+        self._model, q_start = start_posture(scenario)
+        self._plant = SimulatedArm(
+            scenario.simulated_arm_params(),
+            self._model.arm_params,
+            scenario.contact_scene_params(),
+        )
+        self._state = self._plant.make_state(q_start)
+        self._period = float(scenario.control_period)
+        self._sent = [np.zeros(7)] * (delay + 1)
+        self._patience = patience
+        self._due = -math.inf
+        self._read_at = -math.inf
+        self._fault = "not started"
+
+    def open(self) -> None:
+        """See Arm."""
+        return
+
+    def look(self) -> ArmReading:
+        """See Arm."""
+        return self._reading()
+
+    def start(self) -> None:
+        """See Arm."""
+        self._sent = [np.zeros(7)] * len(self._sent)
+        self._due = time.monotonic()
+        self._fault = ""
+
+    def read(self) -> ArmReading:
+        """See Arm."""
+        self._due += self._period
+        now = time.monotonic()
+        if now < self._due:
+            time.sleep(self._due - now)
+        late = time.monotonic() - self._due
+        if late > self._patience:
+            self._stop(f"no torque for {1e3 * late:.0f} ms")
+        # What was missed meanwhile goes by with the last torque.
+        for _ in range(int(late / self._period)):
+            self._advance()
+            self._due += self._period
+        return self._reading()
+
+    def write(self, torque: Vector, last: bool = False) -> None:
+        """See Arm."""
+        if self._fault:
+            raise ArmFault(self._fault)
+        if not np.isfinite(torque).all():
+            self._stop("a torque that is not finite")
+        change = np.abs(torque - self._sent[0]).max()
+        if change > 1.001 * self._MAX_RATE * self._period:
+            self._stop(
+                f"a torque changed by {change:.3g} N m in a period, "
+                f"{self._MAX_RATE * self._period:.3g} are allowed"
+            )
+        self._sent = [torque, *self._sent[:-1]]
+        self._advance()
+        if last:
+            self._fault = "not started"
+
+    def wrench(self) -> Wrench:
+        """See Arm."""
+        return Wrench(self._read_at, True, np.array(self._state.reaction))
+
+    def recover(self) -> None:
+        """See Arm."""
+        # It has come to rest by its brakes.
+        self._state = self._plant.make_state(self._state.q)
+
+    def close(self) -> None:
+        """See Arm."""
+        self._fault = "not started"
+
+    @property
+    def state(self) -> Any:
+        """The plant's SimulatedArmState: the truth."""
+        return self._state
+
+    def _reading(self) -> ArmReading:
+        self._read_at = time.monotonic()
+        return ArmReading(
+            np.array(self._state.q), np.array(self._state.v), self._sent[0]
+        )
+
+    def _advance(self) -> None:
+        gravity = self._model.calc(self._state.q, self._state.v).gravity
+        self._plant.update(self._sent[-1] - gravity, self._state)
+
+    def _stop(self, why: str) -> None:
+        self._fault = why
+        raise ArmFault(why)

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What `dual-proxy robot-side` and `dual-proxy haptic-side` make of their options."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+from typing import Any
+
+from dual_proxy._core import (
+    DriverError,
+    ForceTorqueAdapterParams,
+    LinkFrame,
+    OmegaDevice,
+    OmegaDeviceParams,
+    RdtSensor,
+)
+from dual_proxy.hardware.arms import FrankaArm, SimulatedPanda
+from dual_proxy.hardware.devices import SimulatedHand
+from dual_proxy.hardware.haptic_side import HapticSideProcess
+from dual_proxy.hardware.options import SIMULATED
+from dual_proxy.hardware.robot_side import RobotSideProcess
+from dual_proxy.link.message_link import MessageLink
+from dual_proxy.scenario import Scenario, ScenarioError
+from dual_proxy.settings import parse_yaml
+
+__all__ = ["make_haptic_side", "make_robot_side"]
+
+
+def make_robot_side(
+    options: argparse.Namespace, scenario: Scenario
+) -> RobotSideProcess:
+    """Return what is to be run. Raises ScenarioError, LinkError, DriverError."""
+    adapter = _read_tool(options.tool) if options.tool else None
+    own = options.sensor == "own"
+    tool_mass = adapter.tool_mass if adapter else scenario.scene.tool_mass
+    arm: Any
+    if options.arm == SIMULATED:
+        arm = SimulatedPanda(scenario)
+    else:
+        arm = FrankaArm(options.arm, load=tool_mass, load_com=scenario.sensor.tool_com)
+        if own:
+            # libfranka has taken the tool's weight out of its estimate.
+            adapter = ForceTorqueAdapterParams(tare=True)
+    return RobotSideProcess(
+        scenario,
+        arm,
+        _make_link("robot", options, scenario),
+        sensor=None if own else _make_sensor(options.sensor),
+        adapter=adapter,
+        tool_mass=tool_mass,
+        confirm=(lambda _: True) if options.yes else _ask,
+    )
+
+
+def make_haptic_side(
+    options: argparse.Namespace, scenario: Scenario
+) -> HapticSideProcess:
+    """Return what is to be run. Raises ScenarioError, LinkError, DriverError."""
+    link = _make_link("haptic", options, scenario)
+    device: Any
+    if options.device == SIMULATED:
+
+        def may_move() -> bool:
+            return link.connected(time.monotonic()) and not (
+                link.flags & LinkFrame.HOLDING
+            )
+
+        device = SimulatedHand(scenario, may_move)
+    else:
+        device = OmegaDevice(
+            OmegaDeviceParams(library=options.sdk, homing=options.homing)
+        )
+    return HapticSideProcess(scenario, device, link)
+
+
+def _make_link(
+    side: str, options: argparse.Namespace, scenario: Scenario
+) -> MessageLink:
+    return MessageLink(
+        side,
+        listen=options.listen,
+        connect=options.connect,
+        keys=options.keys,
+        insecure=options.insecure,
+        monitor=scenario.link.monitor,
+    )
+
+
+def _make_sensor(text: str) -> RdtSensor:
+    kind, _, host = text.partition(":")
+    if kind != "rdt" or not host:
+        raise ScenarioError(f"--sensor: expected own or rdt:HOST, got {text!r}")
+    from dual_proxy.ft_sensor import fetch_rdt_params
+
+    return RdtSensor(fetch_rdt_params(host))
+
+
+def _read_tool(path: Path) -> ForceTorqueAdapterParams:
+    try:
+        fields = parse_yaml(path.read_text(encoding="utf-8"), str(path))
+        return ForceTorqueAdapterParams(**fields)
+    except OSError as error:
+        raise DriverError(f"--tool: {path}: {error.strerror}") from None
+    except (TypeError, ValueError) as error:
+        raise ScenarioError(f"--tool: {path}: {error}") from None
+
+
+def _ask(question: str) -> bool:
+    try:
+        answer = input(f"{question} [yes/no] ")
+    except EOFError:
+        return False
+    return answer.strip().lower() == "yes"

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What happens to a side while it runs, and how long its cycles take."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["CycleTimes", "Event", "Events"]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened: s since the side's start, what kind, and in words."""
+
+    time: float
+    kind: str
+    text: str
+
+
+class Events:
+    """What happened so far, each told to people when it does."""
+
+    def __init__(self, side: str, tell: Callable[[Event], None] | None = None) -> None:
+        self._start = time.monotonic()
+        self._side = side
+        self._tell = tell or self._print
+        self.all: list[Event] = []
+
+    def add(self, kind: str, text: str) -> None:
+        """Note something that has just happened."""
+        event = Event(time.monotonic() - self._start, kind, text)
+        self.all.append(event)
+        self._tell(event)
+
+    def count(self, kind: str) -> int:
+        """Return how often something of a kind happened."""
+        return sum(event.kind == kind for event in self.all)
+
+    def _print(self, event: Event) -> None:
+        print(
+            f"{event.time:8.2f} s  {self._side}: {event.kind}: {event.text}",
+            file=sys.stderr,
+            flush=True,
+        )
+
+
+class CycleTimes:
+    """How long cycles took: the last hundred thousand of them."""
+
+    _MOST = 100_000
+
+    def __init__(self) -> None:
+        self._times = np.zeros(self._MOST)
+        self.count = 0
+
+    def add(self, seconds: float) -> None:
+        """Note a cycle."""
+        self._times[self.count % self._MOST] = seconds
+        self.count += 1
+
+    def text(self) -> str:
+        """Return median, 99.9 % and maximum, us, in one line."""
+        if self.count == 0:
+            return "no cycles"
+        times = 1e6 * self._times[: min(self.count, self._MOST)]
+        median, most = np.quantile(times, [0.5, 0.999])
+        return (
+            f"{self.count} cycles: median {median:.0f} us, 99.9 % {most:.0f} us, "
+            f"maximum {times.max():.0f} us"
+        )

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The haptic side as a process: a device, HapticSide, the link.
+
+device.read -> link.receive -> HapticSide -> device.write -> link.send
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from dual_proxy._core import HapticSide, LinkFrame, PoseMessage
+from dual_proxy.hardware.devices import HapticDevice
+from dual_proxy.hardware.events import CycleTimes, Events
+from dual_proxy.link.message_link import MessageLink
+from dual_proxy.scenario import Scenario
+
+__all__ = ["HapticSideProcess"]
+
+#: s: a reading that is older is none.
+_STALE = 0.02
+_NO_POSITION = np.full(3, math.nan)
+_NO_WRENCH = np.zeros(6)
+
+
+class HapticSideProcess:
+    """Runs the haptic side on a device.
+
+    While the device cannot be relied on the hand feels no force, and the robot is
+    told, which then holds its place.
+
+    Parameters
+    ----------
+    scenario : map, limits and the device's controller; its operator plays no part.
+    device : opened by `run`; one that fails midway is opened again.
+    link : to the robot side, or None: no force.
+    """
+
+    #: s between two attempts to open a device that failed.
+    _REOPEN = 1.0
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        device: HapticDevice,
+        link: MessageLink | None,
+        *,
+        events: Events | None = None,
+    ) -> None:
+        params = scenario.haptic_side_params()
+        aids = params.aids
+        aids.buttons = True
+        params.aids = aids
+        self.params = params
+        self._side = HapticSide(params)
+        self.state = self._side.make_state()
+        self._period = float(scenario.control_period)
+        self._device = device
+        self._link = link
+        self.events = events or Events("haptic")
+        self.work = CycleTimes()
+        self._message: Any = PoseMessage()
+        self._stop = False
+        self.on_cycle: Callable[[float, Any], None] | None = None
+        """Called after each cycle with its time and the device's reading."""
+
+    def stop(self) -> None:
+        """Have `run` take the force off the hand and end."""
+        self._stop = True
+
+    def run(self, duration: float = math.inf) -> bool:
+        """Run until `stop`, or for so long, s; return whether that is how it ended.
+
+        Raises
+        ------
+        DriverError
+            If the device cannot be opened.
+        """
+        device = self._device
+        try:
+            device.open()
+            self.events.add("started", "the device is ready")
+            self._follow(time.monotonic() + duration)
+            self.events.add("ended", self.work.text())
+            return True
+        finally:
+            device.close()
+
+    def _follow(self, end: float) -> None:
+        device, link, side, state = self._device, self._link, self._side, self.state
+        good = True
+        clutched = False
+        trouble = ""
+        reopen_at = math.inf
+        due = time.monotonic()
+        while not self._stop:
+            due += self._period
+            now = time.monotonic()
+            if now < due:
+                time.sleep(due - now)
+            elif now > due + 0.1:
+                due = now  # It was held up; nothing is made up for.
+            now = time.monotonic()
+            if now >= end:
+                break
+            handle = device.read()
+            is_good = handle.valid and now - handle.time <= _STALE
+            if is_good != good:
+                good = is_good
+                what = device.fault or f"silent for {now - handle.time:.3f} s"
+                self.events.add("device" if good else "fault", "" if good else what)
+                reopen_at = math.inf if good else now + self._REOPEN
+            if now >= reopen_at:
+                reopen_at = now + self._REOPEN
+                self._reopen()
+            if link is not None:
+                newest = link.receive(now)
+                if newest is not None:
+                    self._message = newest
+            side.update(
+                now,
+                self._message,
+                handle.pose.p if good else _NO_POSITION,
+                handle.pose.R,
+                handle.velocity,
+                state,
+                clutch=handle.clutch,
+                gripper_opening=handle.gripper_opening,
+            )
+            device.write(state.device_wrench if good else _NO_WRENCH)
+            if link is not None:
+                flags = 0 if good else LinkFrame.FAULT
+                if handle.clutch:
+                    flags |= LinkFrame.CLUTCH
+                link.send(now, state.message, flags)
+                text = link.trouble(now)
+                if bool(text) != bool(trouble):
+                    self.events.add("link", text or "the robot side is there")
+                trouble = text
+            if handle.clutch != clutched:
+                clutched = handle.clutch
+                self.events.add("clutch", "pressed" if clutched else "let go")
+            if self.on_cycle is not None:
+                self.on_cycle(now, handle)
+            self.work.add(time.monotonic() - now)
+
+    def _reopen(self) -> None:
+        from dual_proxy._core import DriverError
+
+        self._device.close()
+        try:
+            self._device.open()
+        except DriverError as error:
+            self.events.add("fault", str(error))

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What `dual-proxy robot-side` and `dual-proxy haptic-side` are told."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+__all__ = ["SIMULATED", "add_haptic_side", "add_robot_side"]
+
+SIMULATED = "simulated"
+
+
+def add_robot_side(command: argparse.ArgumentParser) -> None:
+    """Add the options of `robot-side` to those of a scenario."""
+    _add_link(command)
+    add = command.add_argument
+    add(
+        "--arm",
+        required=True,
+        metavar="HOST",
+        help="a Panda's or FR3's name or address, for pylibfranka; or simulated",
+    )
+    add(
+        "--sensor",
+        default="own",
+        metavar="SENSOR",
+        help="own: the arm's own, or its estimate (default); rdt:HOST: a sensor that "
+        "speaks RDT, as ATI's Net F/T",
+    )
+    add(
+        "--tool",
+        type=Path,
+        metavar="YAML",
+        help="of dual-proxy calibrate-tool: fields of ForceTorqueAdapterParams",
+    )
+    add(
+        "--yes",
+        action="store_true",
+        help="start without asking; for tests: nobody has looked",
+    )
+
+
+def add_haptic_side(command: argparse.ArgumentParser) -> None:
+    """Add the options of `haptic-side` to those of a scenario."""
+    _add_link(command)
+    add = command.add_argument
+    add(
+        "--device",
+        required=True,
+        choices=("omega", SIMULATED),
+        help="omega: what Force Dimension's SDK knows; simulated: the scenario's "
+        "operator",
+    )
+    add(
+        "--sdk",
+        default="",
+        metavar="PATH",
+        help="of the SDK's folder or library (default: FDSDK, or where it is usual)",
+    )
+    add(
+        "--homing",
+        action="store_true",
+        help="let a device that is not homed home itself: the handle moves",
+    )
+
+
+def _add_link(command: argparse.ArgumentParser) -> None:
+    add = command.add_argument
+    where = command.add_mutually_exclusive_group(required=True)
+    where.add_argument(
+        "--listen", metavar="HOST:PORT", help="wait here for the other side"
+    )
+    where.add_argument(
+        "--connect", metavar="HOST:PORT", help="where the other side listens"
+    )
+    trust = command.add_mutually_exclusive_group(required=True)
+    trust.add_argument(
+        "--keys",
+        type=Path,
+        metavar="DIR",
+        help="this side's folder of dual-proxy keys: both sides prove who they are",
+    )
+    trust.add_argument(
+        "--insecure",
+        action="store_true",
+        help="no keys; on this machine alone, for tests",
+    )
+    add("--duration", type=float, metavar="SEC", help="end after that time")
