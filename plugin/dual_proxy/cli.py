@@ -270,7 +270,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = command.add_argument
-    _add_scenario(command)
+    _add_scenario(command, needed=False)
     add("--scheme", choices=SCHEMES, help="teleoperation scheme")
     add("--delay", type=float, metavar="SEC", help="one-way delay of the link")
     add(
@@ -296,6 +296,13 @@ def _parser() -> argparse.ArgumentParser:
     add("--realtime", action="store_true", help="not faster than real time")
     add("--mcap", action="store_true", help="save log.mcap for Foxglove, too")
     add(
+        "--replay",
+        type=Path,
+        metavar="MCAP",
+        help="in place of a scenario: play the log of a robot-side back through the "
+        "same cycle",
+    )
+    add(
         "--out",
         type=_folder,
         metavar="DIR",
@@ -312,10 +319,15 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_scenario(command: argparse.ArgumentParser) -> None:
+def _add_scenario(command: argparse.ArgumentParser, needed: bool = True) -> None:
     """Add what every command that runs a scenario has."""
     add = command.add_argument
-    add("scenario", metavar="SCENARIO", help="its name, or the path of a YAML file")
+    add(
+        "scenario",
+        nargs=None if needed else "?",
+        metavar="SCENARIO",
+        help="its name, or the path of a YAML file",
+    )
     _add_settings(command)
     add(
         "--engine",
@@ -720,7 +732,33 @@ def _list() -> int:
     return 0
 
 
+def _replay(path: Path) -> int:
+    # Here, as no other run needs it.
+    from dual_proxy._core import DriverError
+    from dual_proxy.hardware.robot_side import replay_robot_side
+
+    try:
+        replayed = replay_robot_side(path)
+    except DriverError as error:
+        return _fail(str(error), _BAD_INPUT)
+    print(f"{replayed.cycles} cycles, {replayed.seconds:.3f} s")
+    if replayed.different:
+        return _fail(
+            f"{replayed.different} cycles have other torques than were logged, by up "
+            f"to {replayed.largest:.3g} N m",
+            _RUN_FAILED,
+        )
+    print("every torque is what was logged, bit for bit")
+    return 0
+
+
 def _run(options: argparse.Namespace) -> int:
+    if options.replay is not None:
+        if options.scenario is not None:
+            raise ScenarioError("--replay: expected in place of a scenario, got both")
+        return _replay(options.replay)
+    if options.scenario is None:
+        raise ScenarioError("expected a scenario, or --replay MCAP")
     overrides = dict(map(_setting, options.settings))
     for key in ("recording_units", "recording_scale"):
         if (value := getattr(options, key)) is not None:

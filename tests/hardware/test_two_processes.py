@@ -17,9 +17,15 @@ import numpy as np
 import pytest
 
 import dual_proxy as dp
+from dual_proxy.cli import main
 from dual_proxy.hardware.arms import ArmFault, SimulatedPanda
 from dual_proxy.hardware.events import Events
-from dual_proxy.hardware.robot_side import RobotSideProcess, hardware_side_params
+from dual_proxy.hardware.robot_side import (
+    RobotSideProcess,
+    hardware_side_params,
+    replay_robot_side,
+)
+from dual_proxy.hardware.side_log import SideLog
 
 zenoh = pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
 MessageLink = pytest.importorskip("dual_proxy.link.message_link").MessageLink
@@ -53,7 +59,7 @@ class HapticProcess:
 class Rig:
     """Runs a robot side, calls `story` each cycle, and keeps what the arm did."""
 
-    def __init__(self, port, sensor=None):
+    def __init__(self, port, sensor=None, log=None):
         self.scenario = dp.load_scenario("plane")
         self.arm = SimulatedPanda(self.scenario, patience=BUSY)
         self.sensor = sensor
@@ -68,6 +74,7 @@ class Rig:
             sensor=sensor,
             confirm=lambda _: True,
             events=Events("robot", tell=lambda _: None),
+            log=log,
         )
         self.times, self.places, self.forces, self.holds = [], [], [], []
 
@@ -232,9 +239,11 @@ def test_without_a_sensor_the_arm_neither_falls_nor_hits(port, haptic, fault):
     assert after < 1.5 * before
 
 
-def test_an_arm_that_stops_goes_on_from_where_it_is(port, haptic):
-    """A cycle that comes too late is what a real arm stops for."""
-    rig = Rig(port)
+def test_an_arm_that_stops_goes_on_from_where_it_is(port, haptic, tmp_path, capsys):
+    """A cycle that comes too late is what a real arm stops for. All of it is logged,
+    and played back."""
+    log = tmp_path / "log.mcap"
+    rig = Rig(port, log=log)
     marks = {}
 
     def story(rig):
@@ -254,6 +263,18 @@ def test_an_arm_that_stops_goes_on_from_where_it_is(port, haptic):
     print(f"{1e3 * travelled:.2f} mm by itself", [e.text for e in events.all])
     assert travelled < TRAVEL
     print(f"{rig.most_force(marks['stalled']):.1f} N at most after it")
+    with capsys.disabled():
+        replayed = replay_robot_side(log)
+    assert replayed.cycles == len(rig.times)
+    assert replayed.different == 0
+    assert main(["run", "--replay", str(log)]) == 0
+    assert "bit for bit" in capsys.readouterr().out
+    # What a process that is killed leaves behind.
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(log.read_bytes()[: log.stat().st_size // 2])
+    replayed = replay_robot_side(cut)
+    assert replayed.cycles > 500
+    assert replayed.different == 0
 
 
 def test_nothing_moves_unless_somebody_confirms():
@@ -303,8 +324,6 @@ def test_a_simulated_arm_stops_as_a_real_one():
 
 
 def test_command_line_says_what_is_wrong(port, tmp_path, capsys):
-    from dual_proxy.cli import main
-
     base = ["robot-side", "plane", "--listen", f"127.0.0.1:{port}", "--insecure"]
     assert main([*base, "--arm", "simulated", "--sensor", "x"]) == 2
     assert capsys.readouterr().err.endswith(
@@ -314,3 +333,17 @@ def test_command_line_says_what_is_wrong(port, tmp_path, capsys):
     assert "no: No such file" in capsys.readouterr().err
     assert main(base) == 2
     assert "--arm" in capsys.readouterr().err
+
+
+def test_a_log_is_never_overwritten_and_no_other_file_is_one(tmp_path, capsys):
+    path = tmp_path / "log.mcap"
+    path.write_bytes(b"something")
+    with pytest.raises(dp.DriverError, match="File exists"):
+        SideLog(path, "robot", {}, ["time"])
+    assert main(["run", "--replay", str(path)]) == 2
+    assert "expected the log of a robot or haptic side" in capsys.readouterr().err
+    assert main(["run", "--replay", str(tmp_path / "none")]) == 2
+    assert "No such file" in capsys.readouterr().err
+    assert main(["run", "plane", "--replay", str(path)]) == 2
+    assert main(["run"]) == 2
+    assert "expected a scenario" in capsys.readouterr().err

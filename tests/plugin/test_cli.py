@@ -86,7 +86,7 @@ def run_cli(capsys, *arguments):
     [
         ([], "required: COMMAND"),
         (["fly"], "invalid choice: 'fly'"),
-        (["run"], "required: SCENARIO"),
+        (["run"], "expected a scenario, or --replay"),
         (["run", "plan"], "unknown scenario 'plan', available: flat_tool, "),
         (["run", "none.yaml"], "none.yaml: No such file"),
         (["run", "plane", "--scheme", "magic"], "invalid choice: 'magic'"),

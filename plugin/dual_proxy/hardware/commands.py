@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import argparse
+import datetime
+import os
 import time
 from pathlib import Path
 from typing import Any
@@ -51,6 +53,7 @@ def make_robot_side(
         adapter=adapter,
         tool_mass=tool_mass,
         confirm=(lambda _: True) if options.yes else _ask,
+        log=options.log or _log_path("robot"),
     )
 
 
@@ -72,7 +75,9 @@ def make_haptic_side(
         device = OmegaDevice(
             OmegaDeviceParams(library=options.sdk, homing=options.homing)
         )
-    return HapticSideProcess(scenario, device, link)
+    return HapticSideProcess(
+        scenario, device, link, log=options.log or _log_path("haptic")
+    )
 
 
 def _make_link(
@@ -86,6 +91,12 @@ def _make_link(
         insecure=options.insecure,
         monitor=scenario.link.monitor,
     )
+
+
+def _log_path(side: str) -> Path:
+    """Where a run is logged that nobody gave a place: no two share one."""
+    now = datetime.datetime.now()
+    return Path(f"out/hardware/{now:%Y-%m-%d-%H%M%S}-{side}-{os.getpid()}.mcap")
 
 
 def _make_sensor(text: str) -> RdtSensor:

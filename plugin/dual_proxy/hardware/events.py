@@ -29,13 +29,19 @@ class Events:
         self._start = time.monotonic()
         self._side = side
         self._tell = tell or self._print
+        self._also: list[Callable[[Event], None]] = []
         self.all: list[Event] = []
+
+    def also(self, tell: Callable[[Event], None]) -> None:
+        """Have somebody else told, too."""
+        self._also.append(tell)
 
     def add(self, kind: str, text: str) -> None:
         """Note something that has just happened."""
         event = Event(time.monotonic() - self._start, kind, text)
         self.all.append(event)
-        self._tell(event)
+        for tell in (self._tell, *self._also):
+            tell(event)
 
     def count(self, kind: str) -> int:
         """Return how often something of a kind happened."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,11 +17,19 @@ import numpy as np
 from dual_proxy._core import HapticSide, LinkFrame, PoseMessage
 from dual_proxy.hardware.devices import HapticDevice
 from dual_proxy.hardware.events import CycleTimes, Events
+from dual_proxy.hardware.side_log import SideLog
 from dual_proxy.link.message_link import MessageLink
 from dual_proxy.scenario import Scenario
 
 __all__ = ["HapticSideProcess"]
 
+#: Of a cycle in the log.
+HAPTIC_COLUMNS = (
+    *("time", "handle_time", "good", "x", "y", "z"),
+    *(f"R{i}{j}" for i in range(1, 4) for j in range(1, 4)),
+    *("vx", "vy", "vz", "wx", "wy", "wz", "gripper_opening", "clutch"),
+    *("fx", "fy", "fz", "mx", "my", "mz"),
+)
 #: s: a reading that is older is none.
 _STALE = 0.02
 _NO_POSITION = np.full(3, math.nan)
@@ -38,6 +47,7 @@ class HapticSideProcess:
     scenario : map, limits and the device's controller; its operator plays no part.
     device : opened by `run`; one that fails midway is opened again.
     link : to the robot side, or None: no force.
+    log : MCAP file of all that comes in and goes out.
     """
 
     #: s between two attempts to open a device that failed.
@@ -50,6 +60,7 @@ class HapticSideProcess:
         link: MessageLink | None,
         *,
         events: Events | None = None,
+        log: Path | None = None,
     ) -> None:
         params = scenario.haptic_side_params()
         aids = params.aids
@@ -67,6 +78,11 @@ class HapticSideProcess:
         self._stop = False
         self.on_cycle: Callable[[float, Any], None] | None = None
         """Called after each cycle with its time and the device's reading."""
+        self._log: SideLog | None = None
+        if log is not None:
+            config = {"scenario": scenario.to_yaml()}
+            self._log = SideLog(log, "haptic", config, HAPTIC_COLUMNS)
+            self.events.also(self._log.event)
 
     def stop(self) -> None:
         """Have `run` take the force off the hand and end."""
@@ -89,6 +105,8 @@ class HapticSideProcess:
             return True
         finally:
             device.close()
+            if self._log is not None:
+                self._log.close()
 
     def _follow(self, end: float) -> None:
         device, link, side, state = self._device, self._link, self._side, self.state
@@ -117,6 +135,7 @@ class HapticSideProcess:
             if now >= reopen_at:
                 reopen_at = now + self._REOPEN
                 self._reopen()
+            newest = None
             if link is not None:
                 newest = link.receive(now)
                 if newest is not None:
@@ -144,9 +163,38 @@ class HapticSideProcess:
             if handle.clutch != clutched:
                 clutched = handle.clutch
                 self.events.add("clutch", "pressed" if clutched else "let go")
+            if self._log is not None:
+                self._write(now, handle, newest, good)
             if self.on_cycle is not None:
                 self.on_cycle(now, handle)
             self.work.add(time.monotonic() - now)
+
+    def _write(self, now: float, handle: Any, newest: Any, good: bool) -> None:
+        log, state = self._log, self.state
+        assert log is not None
+        if newest is not None:
+            log.message(now, newest)
+        log.cycle(
+            now,
+            (
+                (now, handle.time, good),
+                handle.pose.p,
+                np.ravel(handle.pose.R),
+                handle.velocity,
+                (handle.gripper_opening, handle.clutch),
+                state.device_wrench,
+            ),
+        )
+        if log.wants_state(now):
+            log.state(
+                now,
+                {
+                    "position": handle.pose.p.tolist(),
+                    "force": state.device_wrench[:3].tolist(),
+                    "clutch": bool(handle.clutch),
+                    "link_age": state.link.age,
+                },
+            )
 
     def _reopen(self) -> None:
         from dual_proxy._core import DriverError

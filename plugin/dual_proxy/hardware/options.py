@@ -87,3 +87,10 @@ def _add_link(command: argparse.ArgumentParser) -> None:
         help="no keys; on this machine alone, for tests",
     )
     add("--duration", type=float, metavar="SEC", help="end after that time")
+    add(
+        "--log",
+        type=Path,
+        metavar="MCAP",
+        help="new file of all that comes in and goes out (default: a new one in "
+        "out/hardware)",
+    )
