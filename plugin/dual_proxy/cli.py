@@ -21,13 +21,14 @@ import signal
 import sys
 import textwrap
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 from dual_proxy.bench.pages import markdown_table
 from dual_proxy.claims import limit_text, statement, verdict_text
 from dual_proxy.link import SIDES, LinkError
+from dual_proxy.many_runs import count_workers
 from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
 from dual_proxy.recording import RECORDING_EXAMPLE, RECORDING_FORMAT
 from dual_proxy.run import (
@@ -38,7 +39,7 @@ from dual_proxy.run import (
     find_fault,
     run,
 )
-from dual_proxy.run_folder import RunFolder
+from dual_proxy.run_folder import RunFolder, folder_for
 from dual_proxy.scenario import (
     SCHEMES,
     Scenario,
@@ -82,6 +83,8 @@ _SUBJECTS = {
     "savings": "what is left out where a scene does not need it, with and without",
     "peer": "this package beside MuJoCo with a controller in NumPy",
 }
+# Of these, what makes several runs at a time.
+_MANY_RUNS = ("filter", "control", "link")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -392,10 +395,14 @@ def _add_compare(commands: Any) -> None:
     _add_many(command, "out/compare-SCENARIO")
 
 
+def _add_jobs(add: Callable[..., Any]) -> None:
+    add("--jobs", type=int, metavar="N", help="runs at a time (default: all cores)")
+
+
 def _add_many(command: argparse.ArgumentParser, where: str) -> None:
     """Add what every command that makes many runs has."""
     add = command.add_argument
-    add("--jobs", type=int, metavar="N", help="runs at a time (default: all cores)")
+    _add_jobs(add)
     add(
         "--cluster",
         metavar="ADDRESS",
@@ -513,6 +520,8 @@ def _add_bench(commands: Any) -> None:
             " (default: %(default)s)",
         )
         add("--page", type=Path, metavar="MD", help="page to be filled")
+        if subject in _MANY_RUNS:
+            _add_jobs(add)
         if subject == "filter":
             add(
                 "--recordings",
@@ -527,13 +536,27 @@ def _bench(options: argparse.Namespace) -> int:
     from dual_proxy.bench.filter_command import bench_filter
     from dual_proxy.bench.subject import bench_subject
 
-    _make_directory(options.out)
-    if options.subject == "filter":
-        bench_filter(options.quick, options.out, options.page, options.recordings)
-    else:
-        module = importlib.import_module(f"dual_proxy.bench.{options.subject}")
-        bench_subject(module.SUBJECT, options.quick, options.out, options.page)
+    subject, out = options.subject, options.out
+    jobs = options.jobs if subject in _MANY_RUNS else None
+    count_workers(jobs)
+    with _bench_folder(out, [f"{subject}.{kind}" for kind in ("json", "png")]):
+        if subject == "filter":
+            bench_filter(options.quick, out, options.page, options.recordings, jobs)
+        else:
+            module = importlib.import_module(f"dual_proxy.bench.{subject}")
+            bench_subject(module.SUBJECT, options.quick, out, options.page, jobs)
     return 0
+
+
+@contextlib.contextmanager
+def _bench_folder(out: Path, names: Sequence[str]) -> Iterator[None]:
+    """The folder to save in, before the benchmark, not after it."""
+    with contextlib.ExitStack() as stack:
+        try:
+            stack.enter_context(folder_for(out, names))
+        except OSError as error:
+            raise ScenarioError(f"--out {_describe(error)}") from None
+        yield
 
 
 def _add_stress(commands: Any) -> None:
@@ -871,13 +894,6 @@ def _setting(text: str) -> tuple[str, Any]:
     if not (equals and key.strip()):
         raise ScenarioError(f"--set {text}: expected KEY=VALUE")
     return key.strip(), parse_yaml(value, f"--set {text}")
-
-
-def _make_directory(directory: Path) -> None:
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ScenarioError(f"--out {_describe(error)}") from None
 
 
 def _print_progress(now: float, end: float) -> None:

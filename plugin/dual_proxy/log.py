@@ -370,8 +370,8 @@ def _replacing(path: str | Path) -> Iterator[IO[bytes]]:
             yield file
         os.replace(partial, path)
     except OSError as error:
-        # A full disk does not say where.
-        error.filename = error.filename or str(path)
+        # A full disk does not say where; the neighbour's name says nothing.
+        error.filename, error.filename2 = str(path), None
         raise
     finally:
         partial.unlink(missing_ok=True)

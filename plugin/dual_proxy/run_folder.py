@@ -9,10 +9,11 @@ import fcntl
 import itertools
 import os
 import shutil
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import TracebackType
 
-__all__ = ["RunFolder", "hold_folder"]
+__all__ = ["RunFolder", "folder_for", "hold_folder", "try_folder"]
 
 _DATA = ("metrics.json", "scenario.yaml", "log.npz")
 _FILES = (
@@ -24,6 +25,80 @@ _FILES = (
 )
 # Written to find out whether there is space at all, bytes.
 _TRIAL = bytes(4096)
+
+
+def _make_folder(path: Path) -> list[Path]:
+    """Make a folder; return what was made for it, the innermost first."""
+    made = []
+    for folder in (path, *path.parents):
+        if folder.exists():
+            break
+        made.append(folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise NotADirectoryError(
+            errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path)
+        ) from None
+    return made
+
+
+def _remove_empty(folders: Iterable[Path]) -> None:
+    for folder in folders:
+        with contextlib.suppress(OSError):
+            folder.rmdir()
+
+
+def _check_files(path: Path, names: Iterable[str]) -> None:
+    """Find out whether files can have these names in a folder."""
+    for name in names:
+        if (path / name).is_dir():
+            raise IsADirectoryError(
+                errno.EISDIR, os.strerror(errno.EISDIR), str(path / name)
+            )
+
+
+def _try_to_write(folder: Path) -> None:
+    trial = folder / f".trial-{os.getpid()}"
+    try:
+        trial.write_bytes(_TRIAL)
+    finally:
+        with contextlib.suppress(OSError):
+            trial.unlink()
+
+
+def try_folder(path: Path, names: Iterable[str]) -> None:
+    """Find out whether files can be written in a folder that exists.
+
+    Raises
+    ------
+    OSError
+        If they cannot; its file name is the folder's, or the file's.
+    """
+    _check_files(path, names)
+    try:
+        _try_to_write(path)
+    except OSError as error:
+        error.filename = str(path)
+        raise
+
+
+@contextlib.contextmanager
+def folder_for(path: Path, names: Iterable[str]) -> Iterator[None]:
+    """Make a folder that files are going to be written in, and try it out; at the
+    end it goes, if it was made for that and nothing is in it.
+
+    Raises
+    ------
+    OSError
+        As for `try_folder`.
+    """
+    made = _make_folder(path)
+    try:
+        try_folder(path, names)
+        yield
+    finally:
+        _remove_empty(made)
 
 
 def hold_folder(path: Path) -> int:
@@ -73,21 +148,11 @@ class RunFolder:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._made: list[Path] = []
-        for folder in (self.path, *self.path.parents):
-            if folder.exists():
-                break
-            self._made.append(folder)
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-        except FileExistsError:
-            raise NotADirectoryError(
-                errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(self.path)
-            ) from None
+        self._made = _make_folder(self.path)
         self._handle = hold_folder(self.path)
         self.draft = self.path / ".saving"
         try:
-            self._check_files()
+            _check_files(self.path, _FILES)
             self._make_draft()
         except BaseException:
             self._remove()
@@ -156,28 +221,17 @@ class RunFolder:
     ) -> None:
         self.close()
 
-    def _check_files(self) -> None:
-        for name in _FILES:
-            if (self.path / name).is_dir():
-                raise IsADirectoryError(
-                    errno.EISDIR, os.strerror(errno.EISDIR), str(self.path / name)
-                )
-
     def _make_draft(self) -> None:
         """Make it, and find out whether something can be written there."""
         shutil.rmtree(self.draft, ignore_errors=True)
         try:
             self.draft.mkdir()
-            trial = self.draft / "trial"
-            trial.write_bytes(_TRIAL)
-            trial.unlink()
+            _try_to_write(self.draft)
         except OSError as error:
             shutil.rmtree(self.draft, ignore_errors=True)
             error.filename = str(self.path)
             raise
 
     def _remove(self) -> None:
-        for folder in self._made:
-            with contextlib.suppress(OSError):
-                folder.rmdir()
+        _remove_empty(self._made)
         os.close(self._handle)

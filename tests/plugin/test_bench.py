@@ -16,6 +16,7 @@ from dual_proxy.bench import (
     closed_loop,
     control,
     engine,
+    filter_command,
     filter_recordings,
     filter_report,
     filter_situations,
@@ -605,6 +606,15 @@ def test_without_the_peers_there_is_one_clear_line(capsys, tmp_path, monkeypatch
         (["filter", "--quick", "--page", "x.md"], "expected the whole benchmark"),
         (["filter", "--recordings", "no"], "--recordings no: expected CSV files"),
         (["filter", "--out", __file__], "--out"),
+        (["filter", "--jobs", "0"], "jobs: expected at least 1, got 0"),
+        (["control", "--jobs", "-1"], "jobs: expected at least 1, got -1"),
+        (["plant", "--jobs", "2"], "unrecognized arguments: --jobs 2"),
+        # No text.
+        (["filter", "--page", sys.executable], "expected text in UTF-8"),
+        (["control", "--page", sys.executable], "expected text in UTF-8"),
+        # A folder in which nothing can be made.
+        (["control", "--out", "/proc/self"], "--out /proc/self: "),
+        (["filter", "--out", "/proc/self"], "--out /proc/self: "),
     ],
 )
 def test_bad_input_is_one_clear_line(capsys, tmp_path, monkeypatch, arguments, message):
@@ -618,6 +628,119 @@ def test_bad_input_is_one_clear_line(capsys, tmp_path, monkeypatch, arguments, m
     assert captured.out == ""
     assert captured.err.count("\n") == 1
     assert message in captured.err
+    assert not list(tmp_path.iterdir())
+
+
+def fill_out(out):
+    """What is in the way of what is saved."""
+    (out / "control.json").mkdir(parents=True)
+    return ["--out", str(out)], f"--out {out}/control.json: Is a directory"
+
+
+def fill_images(out):
+    out.mkdir()
+    page = out / "page.md"
+    page.write_text("<!-- dual-proxy bench control -->\n\n")
+    (out / "images").write_text("no folder")
+    return ["--page", str(page)], f"--page {out}/images: Not a directory"
+
+
+def fill_image(out):
+    fill_images(out)
+    (out / "images").unlink()
+    (out / "images" / "bench_control.png").mkdir(parents=True)
+    where = f"{out}/images/bench_control.png"
+    return ["--page", str(out / "page.md")], f"--page {where}: Is a directory"
+
+
+@pytest.mark.parametrize("fill", [fill_out, fill_images, fill_image])
+def test_places_are_looked_at_first(capsys, tmp_path, monkeypatch, fill):
+    def measure(*_):
+        raise AssertionError("measured")
+
+    monkeypatch.setattr(control, "SUBJECT", control.SUBJECT._replace(measure=measure))
+    monkeypatch.chdir(tmp_path)
+    arguments, message = fill(tmp_path / "place")
+    before = sorted(tmp_path.rglob("*"))
+    assert cli.main(["bench", "control", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err) == ("", f"dual-proxy: error: {message}\n")
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def make_measured(monkeypatch, measure):
+    """Let `bench control` measure so, and print and draw next to nothing."""
+    subject = control.SUBJECT._replace(
+        measure=measure,
+        tables=lambda results: {"dual-proxy bench control": f"| {results['rows']} |"},
+        draw=lambda _, path: path.write_bytes(b"drawn"),
+    )
+    monkeypatch.setattr(control, "SUBJECT", subject)
+
+
+def test_tables_are_printed_whatever_can_be_saved(capsys, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+
+    def measure(_):
+        (out / "control.json").mkdir()  # Somebody else does.
+        return {"rows": 42}
+
+    make_measured(monkeypatch, measure)
+    assert cli.main(["bench", "control", "--out", str(out)]) == 3
+    captured = capsys.readouterr()
+    assert "| 42 |" in captured.out
+    assert captured.err == (
+        f"dual-proxy: error: {out / 'control.json'}: Is a directory\n"
+    )
+    assert [path.name for path in out.iterdir()] == ["control.json"]
+
+
+def test_what_fails_leaves_no_empty_folder(tmp_path, monkeypatch):
+    def measure(_):
+        raise KeyboardInterrupt
+
+    make_measured(monkeypatch, measure)
+    assert cli.main(["bench", "control", "--out", str(tmp_path / "a" / "b")]) == 3
+    assert not list(tmp_path.iterdir())
+
+
+def test_jobs_are_runs_at_a_time(tmp_path, monkeypatch):
+    asked = []
+
+    def run_many(runs, workers=None):
+        asked.append(workers)
+        raise KeyboardInterrupt
+
+    def worker_pool(workers=None):
+        asked.append(workers)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(control, "run_many", run_many)
+    monkeypatch.setattr(link, "run_many", run_many)
+    monkeypatch.setattr(filter_command, "worker_pool", worker_pool)
+    for subject in ("control", "link", "filter"):
+        for jobs in ([], ["--jobs", "3"]):
+            arguments = ["bench", subject, "--quick", "--out", str(tmp_path), *jobs]
+            assert cli.main(arguments) == 3
+    assert asked == 3 * [None, 3]
+
+
+def test_a_page_that_cannot_be_written_is_refused(tmp_path, monkeypatch):
+    page = tmp_path / "page.md"
+    page.write_text(MARKS)
+    pages.check_page(page, False, filter_report.PAGE_TABLES)
+    monkeypatch.setattr(pages.os, "access", lambda *_: False)  # Root may anything.
+    with pytest.raises(ScenarioError, match=f"--page {page}: Permission denied"):
+        pages.check_page(page, False, filter_report.PAGE_TABLES)
+
+
+def test_a_page_keeps_its_text_whatever_the_locale(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("µ ≥ 0\n<!-- here -->\n\nend\n", "utf-8")
+    (tmp_path / "link.md").symlink_to(page)
+    pages.fill_page(tmp_path / "link.md", "here", "| table |")
+    assert page.read_text("utf-8") == "µ ≥ 0\n<!-- here -->\n| table |\n\nend\n"
+    assert (tmp_path / "link.md").is_symlink()
 
 
 def make_recording(path, seconds=4.0, rows_per_s=100.0, columns=True):

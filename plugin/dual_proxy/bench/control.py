@@ -105,8 +105,9 @@ QUICK = Plan(
 )
 
 
-def measure(plan: Plan) -> list[Row]:
-    """Run every rate with each of what is between.
+def measure(plan: Plan, jobs: int | None = None) -> list[Row]:
+    """Run every rate with each of what is between, `jobs` runs at a time
+    (all cores if None).
 
     Returns
     -------
@@ -125,7 +126,7 @@ def measure(plan: Plan) -> list[Row]:
         return rates | between.overrides
 
     settings = list(itertools.product(plan.between, plan.rates))
-    jobs = [
+    planned = [
         Job(
             f"{rate:g} Hz {between.name} seed {seed}",
             change_scenario("plane", seed=seed, overrides=overrides(rate, between)),
@@ -134,7 +135,7 @@ def measure(plan: Plan) -> list[Row]:
         for between, rate in settings
         for seed in range(plan.seeds)
     ]
-    results = iter(run_many(jobs))
+    results = iter(run_many(planned, workers=jobs))
     reference, _ = simulate(
         "bare", quiet_scenario(overrides(plan.reference_rate, _NOTHING))
     )

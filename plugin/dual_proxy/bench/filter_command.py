@@ -19,6 +19,7 @@ from dual_proxy.bench.filter import (
 )
 from dual_proxy.bench.filter_recordings import measure_recordings, read_recordings
 from dual_proxy.bench.filter_report import (
+    PAGE_IMAGE,
     PAGE_TABLES,
     SITUATION_RATES,
     TARGET_PARTICLES,
@@ -36,7 +37,11 @@ __all__ = ["bench_filter"]
 
 
 def bench_filter(
-    quick: bool, out: Path, page: Path | None, recordings: Path | None
+    quick: bool,
+    out: Path,
+    page: Path | None,
+    recordings: Path | None,
+    jobs: int | None = None,
 ) -> None:
     """Run the benchmark; print its tables and save them as JSON and figure.
 
@@ -44,9 +49,11 @@ def bench_filter(
     ------
     ScenarioError
         If the page or the recordings cannot be used; before anything is run.
+    OSError
+        If something cannot be saved; the tables are printed nevertheless.
     """
     if page is not None:
-        check_page(page, quick, PAGE_TABLES)
+        check_page(page, quick, PAGE_TABLES, [PAGE_IMAGE])
     recorded = read_recordings(recordings) if recordings is not None else []
     plan = QUICK if quick else FULL
     targeted, in_situations = (
@@ -57,7 +64,7 @@ def bench_filter(
         ]
         for rates in (TARGET_RATES, SITUATION_RATES)
     )
-    with worker_pool() as pool:
+    with worker_pool(jobs) as pool:
         results = {
             "grid": measure_grid(plan, pool, _progress),
             "still": measure_still(plan, targeted, pool),
@@ -70,14 +77,14 @@ def bench_filter(
             else [],
         }
     where = machine()
-    write_json(out / "filter.json", {"machine": where, "plan": asdict(plan)} | results)
-    draw(results, out / "filter.png")
     print(f"{where['processor']}, {where['processors']} processors\n")
     print(grid_table(results), end="\n\n")
     print(target_table(results), end="\n\n")
     print(situation_table(results), end="\n\n")
     if plan.full_square:
         print(dependence_table(results), end="\n\n")
+    write_json(out / "filter.json", {"machine": where, "plan": asdict(plan)} | results)
+    draw(results, out / "filter.png")
     print(f"saved: {out / 'filter.json'}, {out / 'filter.png'}")
     if page is not None:
         write_page(page, results)

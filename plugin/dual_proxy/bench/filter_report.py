@@ -12,9 +12,16 @@ from typing import Any, NamedTuple
 import matplotlib as mpl
 
 from dual_proxy.bench.filter import LATE_MS
-from dual_proxy.bench.pages import fill_page, markdown_table, number_text
+from dual_proxy.bench.pages import (
+    fill_page,
+    markdown_table,
+    number_text,
+    page_image,
+    save_figure,
+)
 
 __all__ = [
+    "PAGE_IMAGE",
     "PAGE_TABLES",
     "SITUATION_COLUMNS",
     "dependence_table",
@@ -36,6 +43,7 @@ TARGET_RATES = (15.0, 100.0, 200.0)
 SITUATION_RATES = (15.0, 100.0, 1000.0)
 
 #: What names the places of the tables in a page.
+PAGE_IMAGE = "bench_filter.png"
 PAGE_TABLES = tuple(
     f"dual-proxy bench filter: {name}"
     for name in ("grid", "targets", "situations", "dependence")
@@ -364,8 +372,7 @@ def draw(results: Results, path: Path) -> None:
         axes[0, 1].plot([], [], marker, color="0.4", ms=5, label=f"{rate:g} Hz")
     axes[0, 1].legend(frameon=False, fontsize=8, loc="center")
     figure.tight_layout()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=100, metadata={"Software": None})
+    save_figure(figure, path)
     plt.close(figure)
 
 
@@ -379,4 +386,4 @@ def write_page(page: Path, results: Results) -> None:
     )
     for name, table in zip(PAGE_TABLES, tables, strict=True):
         fill_page(page, name, table)
-    draw(results, page.parent / "images" / "bench_filter.png")
+    draw(results, page_image(page, PAGE_IMAGE))

@@ -104,8 +104,9 @@ def _count_numbers(message: Any) -> int:
     return int(np.size(message.force))
 
 
-def measure(plan: Plan) -> list[Row]:
-    """Run every scheme, rate and delay, and the options of the first scheme.
+def measure(plan: Plan, jobs: int | None = None) -> list[Row]:
+    """Run every scheme, rate and delay, and the options of the first scheme, `jobs`
+    runs at a time (all cores if None).
 
     Returns
     -------
@@ -125,7 +126,7 @@ def measure(plan: Plan) -> list[Row]:
         for rate in plan.rates
         for average, interpolate in ((True, False), (False, True), (False, False))
     ]
-    jobs = [
+    planned = [
         Job(
             f"{scheme} {rate:g} Hz {1e3 * delay:g} ms"
             f"{'' if average else ' samples'}{'' if interpolate else ' held'} {seed}",
@@ -145,7 +146,7 @@ def measure(plan: Plan) -> list[Row]:
         for scheme, delay, rate, average, interpolate in settings
         for seed in range(plan.seeds)
     ]
-    results = iter(run_many(jobs))
+    results = iter(run_many(planned, workers=jobs))
     bytes_per_message = {
         scheme: sum(HEADER_BYTES + 8 * number for number in message_numbers(scheme))
         for scheme in _SCHEMES

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import json
 import os
 import platform
@@ -10,6 +12,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from dual_proxy.log import replace_file
+from dual_proxy.run_folder import try_folder
 from dual_proxy.settings import ScenarioError
 
 __all__ = [
@@ -19,6 +23,8 @@ __all__ = [
     "markdown_table",
     "number_text",
     "optional_text",
+    "page_image",
+    "save_figure",
     "write_json",
 ]
 
@@ -52,21 +58,40 @@ def fill_page(page: Path, script: str, table: str) -> None:
         If the page has no such line.
     """
     line = _MARK.format(script)
-    before, mark, rest = page.read_text().partition(line)
+    before, mark, rest = page.read_text("utf-8").partition(line)
     if not mark:
         raise ValueError(f"{page}: expected a line {line.strip()!r}")
     _, _, after = f"\n{rest}".partition("\n\n")
-    page.write_text(f"{before}{mark}{table}\n\n{after}")
+    filled = f"{before}{mark}{table}\n\n{after}"
+    replace_file(page.resolve(), filled.encode())
 
 
-def check_page(page: Path, quick: bool, scripts: Iterable[str]) -> None:
-    """Raise ScenarioError unless a command can fill a page, before it begins."""
+def page_image(page: Path, name: str) -> Path:
+    """Return where a page has an image."""
+    return page.parent / "images" / name
+
+
+def check_page(
+    page: Path, quick: bool, scripts: Iterable[str], images: Iterable[str] = ()
+) -> None:
+    """Raise ScenarioError unless a command can fill a page, and write images beside
+    it, before it begins."""
     if quick:
         raise ScenarioError("--page: expected the whole benchmark, got --quick")
     try:
-        text = page.read_text()
+        text = page.read_text("utf-8")
+        if not os.access(page, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(page))
+        try_folder(page.resolve().parent, [page.name])
+        folder = page_image(page, "").parent
+        if folder.exists():
+            try_folder(folder, images)
+    except UnicodeDecodeError:
+        raise ScenarioError(f"--page {page}: expected text in UTF-8") from None
     except OSError as error:
-        raise ScenarioError(f"--page {page}: {error.strerror}") from None
+        raise ScenarioError(
+            f"--page {error.filename or page}: {error.strerror}"
+        ) from None
     for script in scripts:
         mark = _MARK.format(script)
         if mark not in text:
@@ -87,6 +112,13 @@ def machine() -> dict[str, Any]:
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
     """Write a file that is there whole or not at all."""
-    unfinished = path.with_suffix(".unfinished")
-    unfinished.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
-    unfinished.rename(path)
+    replace_file(path, f"{json.dumps(content, indent=1, allow_nan=False)}\n".encode())
+
+
+def save_figure(figure: Any, path: Path) -> None:
+    """Write a figure of matplotlib as PNG, whole or not at all; its folder may not
+    exist."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=100, metadata={"Software": None})
+    path.parent.mkdir(parents=True, exist_ok=True)
+    replace_file(path, buffer.getbuffer())

@@ -11,7 +11,14 @@ from typing import Any, NamedTuple
 
 import matplotlib as mpl
 
-from dual_proxy.bench.pages import check_page, fill_page, machine, write_json
+from dual_proxy.bench.pages import (
+    check_page,
+    fill_page,
+    machine,
+    page_image,
+    save_figure,
+    write_json,
+)
 from dual_proxy.native import native_in_use
 
 __all__ = [
@@ -35,8 +42,9 @@ class Subject(NamedTuple):
     """Of the subcommand, and of what it saves."""
     marks: tuple[str, ...]
     """What names the tables' places in a page."""
-    measure: Callable[[bool], Results]
-    """Whether a part of it is enough -> what was measured, as JSON takes it."""
+    measure: Callable[..., Results]
+    """Whether a part of it is enough, and, if it makes many runs, by name `jobs`,
+    how many at a time -> what was measured, as JSON takes it."""
     tables: Callable[[Results], Mapping[str, str]]
     """Of what was measured, Markdown by mark, in order."""
     draw: Callable[[Results, Path], None]
@@ -46,43 +54,56 @@ class Subject(NamedTuple):
         """Put the tables into a page, and the figure into images/ beside it."""
         for mark, table in self.tables(results).items():
             fill_page(page, mark, table)
-        self.draw(results, page.parent / "images" / f"bench_{self.name}.png")
+        self.draw(results, page_image(page, self.image))
+
+    @property
+    def image(self) -> str:
+        """The name of a page's figure."""
+        return f"bench_{self.name}.png"
 
 
 def by_plan(
-    measure: Callable[[Any], list[dict[str, Any]]], quick: Any, full: Any
-) -> Callable[[bool], Results]:
+    measure: Callable[..., list[dict[str, Any]]], quick: Any, full: Any
+) -> Callable[..., Results]:
     """Return what `Subject.measure` is where `measure` makes rows of a plan, a named
     tuple: one of two."""
 
-    def measured(is_quick: bool) -> Results:
+    def measured(is_quick: bool, **jobs: int) -> Results:
         plan = quick if is_quick else full
-        return {"plan": plan._asdict(), "rows": measure(plan)}
+        return {"plan": plan._asdict(), "rows": measure(plan, **jobs)}
 
     return measured
 
 
-def bench_subject(subject: Subject, quick: bool, out: Path, page: Path | None) -> None:
+def bench_subject(
+    subject: Subject,
+    quick: bool,
+    out: Path,
+    page: Path | None,
+    jobs: int | None = None,
+) -> None:
     """Run a benchmark; print its tables and save them as JSON and figure.
 
     Raises
     ------
     ScenarioError
         If the page cannot be used; before anything is run.
+    OSError
+        If something cannot be saved; the tables are printed nevertheless.
     """
     if page is not None:
-        check_page(page, quick, subject.marks)
-    results = subject.measure(quick)
+        check_page(page, quick, subject.marks, [subject.image])
+    results = subject.measure(quick, **({} if jobs is None else {"jobs": jobs}))
     where = machine() | {"systems": "C++" if native_in_use() else "Python"}
-    data, figure = (out / f"{subject.name}.{kind}" for kind in ("json", "png"))
-    write_json(data, {"machine": where} | results)
-    subject.draw(results, figure)
     print(
         f"{where['processor']}, {where['processors']} processors, "
         f"Drake's systems in {where['systems']}\n"
     )
     for table in subject.tables(results).values():
         print(table, end="\n\n")
+    data, figure = (out / f"{subject.name}.{kind}" for kind in ("json", "png"))
+    write_json(data, {"machine": where} | results)
+    subject.draw(results, figure)
     print(f"saved: {data}, {figure}")
     if page is not None:
         subject.write_page(page, results)
@@ -127,6 +148,5 @@ def save_axes(axes: Any, path: Path) -> None:
 
     figure = axes[0, 0].figure
     figure.tight_layout()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=100, metadata={"Software": None})
+    save_figure(figure, path)
     plt.close(figure)
