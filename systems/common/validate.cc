@@ -48,7 +48,7 @@ std::string NameAndValueOf(const Bound& bound) {
 // `text` shows a bound; nothing for any finite number.
 template <typename BoundText>
 std::string Describe(const Range& range, const BoundText& text) {
-  const auto& [low, high, rotation] = range;
+  const auto& [low, high, rotation, or_zero] = range;
   if (rotation) return "a rotation matrix";
   if (std::isfinite(high.value)) {
     return std::string("in ") + (low.open ? "(" : "[") + text(low) + ", " +
@@ -86,18 +86,23 @@ std::string NumberText(double value) {
   return text.data();
 }
 
-std::string RangeText(const Range& range) { return Describe(range, NameOf); }
+std::string RangeText(const Range& range) {
+  return (range.or_zero ? "0 or " : "") + Describe(range, NameOf);
+}
 
 void ThrowUnlessIn(const char* who, const char* field, double value,
                    const Range& range) {
-  const auto& [low, high, rotation] = range;
+  const auto& [low, high, rotation, or_zero] = range;
+  if (or_zero && value == 0) return;
   const bool above = low.open ? value > low.value : value >= low.value;
   const bool below = high.open ? value < high.value : value <= high.value;
   if (std::isfinite(value) && above && below) return;
   const std::string text = Describe(range, NameAndValueOf);
   const char* const kind =
       std::isfinite(high.value) ? "a number " : "a finite value ";
-  Throw(who, field, text.empty() ? "a finite value" : kind + text,
+  Throw(who, field,
+        (or_zero ? "0 or " : "") +
+            (text.empty() ? "a finite value" : kind + text),
         NumberText(value));
 }
 

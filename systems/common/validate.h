@@ -60,6 +60,7 @@ struct Range {
   Bound low{-std::numeric_limits<double>::infinity()};
   Bound high{std::numeric_limits<double>::infinity()};
   bool rotation{false};  ///< A rotation matrix, in place of bounds.
+  bool or_zero{false};   ///< Zero is in it, too.
 };
 
 constexpr Range Finite() { return {}; }
@@ -68,11 +69,16 @@ constexpr Range Above(Bound low) { return {.low = Open(low)}; }
 constexpr Range Between(Bound low, Bound high) {
   return {.low = low, .high = high};
 }
+/** Zero, or in the range: for what can be left out. */
+constexpr Range OrZero(Range range) {
+  range.or_zero = true;
+  return range;
+}
 /** Orthonormal to 1e-6, determinant +1. */
 constexpr Range Rotation() { return {.rotation = true}; }
 
-/** As documentation shows it: ">= 0", "in (0, max_energy]", "a rotation
-matrix"; nothing for any finite number. */
+/** As documentation shows it: ">= 0", "in (0, max_energy]", "0 or >= 1",
+"a rotation matrix"; nothing for any finite number. */
 std::string RangeText(const Range& range);
 
 /** @throws std::invalid_argument unless value is in the range. */

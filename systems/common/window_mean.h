@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/validate.h"
 
 namespace dual_proxy {
@@ -40,10 +41,10 @@ class WindowMean {
   using State = WindowMeanState<kSize>;
   using Vector = typename State::Vector;
 
-  /** @param window T, s, > 0.
+  /** @param window T, s, > 0, at most kMaxTime.
   @throws std::invalid_argument if it is not. */
   explicit WindowMean(double window) : window_(window) {
-    ThrowUnlessIn("WindowMean", "window", window, Above(0));
+    ThrowUnlessIn("WindowMean", "window", window, Between(Open(0), kMaxTime));
   }
 
   /** T, s. */

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "dual_proxy/common/low_pass.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/passivity_controller.h"
 
@@ -40,7 +41,7 @@ struct ForceLoopParams {
                    "before a new contact is integrated"));
     a->Visit(Field("speed_limit", &speed_limit, Above(0), "m/s",
                    "how fast the loop may move the tool"));
-    a->Visit(Field("filter_cutoff", &filter_cutoff, AtLeast(0), "Hz",
+    a->Visit(Field("filter_cutoff", &filter_cutoff, CutoffOrNone(), "Hz",
                    "low-pass on the sensed force; 0 is off"));
     a->Visit(Field("release_time", &release_time, AtLeast(0), "s",
                    "in which the force of an integral that a new selection has "

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "dual_proxy/common/low_pass.h"
 #include "dual_proxy/common/serialize.h"
 
 namespace dual_proxy {
@@ -24,7 +25,7 @@ struct FrictionFeedbackParams {
     a->Visit(Field("gain", &gain, Between(0, Open(1)), "",
                    "share of the friction that is fed forward; 0 is off, as "
                    "printed; at 1 nothing would be left that dissipates"));
-    a->Visit(Field("cutoff", &cutoff, Above(0), "Hz",
+    a->Visit(Field("cutoff", &cutoff, AtLeast(kMinCutoff), "Hz",
                    "low-pass on the sensed friction"));
     a->Visit(Field("max_friction", &max_friction, AtLeast(0), "",
                    "bound on the friction, as a share of the force in force "

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "dual_proxy/common/enum_strings.h"
+#include "dual_proxy/common/low_pass.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/selection_blend.h"
 
@@ -64,7 +65,7 @@ struct HapticControllerParams {
                    "1/s", "Kif_h, of force_feedback"));
     a->Visit(Field("max_integral_force", &max_integral_force, AtLeast(0), "N",
                    "bound on what the integral adds"));
-    a->Visit(Field("force_filter_cutoff", &force_filter_cutoff, AtLeast(0),
+    a->Visit(Field("force_filter_cutoff", &force_filter_cutoff, CutoffOrNone(),
                    "Hz", "low-pass of the sensed force; 0 is none"));
     a->Visit(Field("position_stiffness", &position_stiffness, AtLeast(0), "N/m",
                    "of `position`, towards the haptic proxy: the hand feels "

@@ -8,6 +8,7 @@
 
 #include "dual_proxy/common/arm_limits.h"
 #include "dual_proxy/common/enum_strings.h"
+#include "dual_proxy/common/low_pass.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/control/force_loop.h"
 #include "dual_proxy/control/friction_feedback.h"
@@ -180,7 +181,7 @@ struct OperationalSpaceControllerParams {
         "how fast the tool may move in force space by the loop's own doing"));
     a->Visit(Field("moment_speed_limit", &moment_speed_limit, Above(0), "rad/s",
                    "likewise in moment space"));
-    a->Visit(Field("force_filter_cutoff", &force_filter_cutoff, AtLeast(0),
+    a->Visit(Field("force_filter_cutoff", &force_filter_cutoff, CutoffOrNone(),
                    "Hz", "low-pass on the sensed wrench; 0 is off"));
     a->Visit(Field("feed_forward", &feed_forward,
                    "true: the limited proxy's velocity and acceleration are "

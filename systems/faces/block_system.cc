@@ -88,7 +88,14 @@ class PortReader final : public InputPorts {
   bool VisitReaction(const PortText& text, int joint, Vector6* value) override {
     const InputPort<double>& port = Find(text);
     if (context_.get_time() <= 0) return false;
-    const auto& force = port.Eval<SpatialForces>(context_).at(joint);
+    const auto& forces = port.Eval<SpatialForces>(context_);
+    if (std::cmp_greater_equal(joint, forces.size())) {
+      throw std::out_of_range(
+          system_.GetSystemName() + ": `sensor_joint` expected an index of " +
+          std::to_string(forces.size()) + " joints of the plant, got " +
+          std::to_string(joint));
+    }
+    const auto& force = forces[joint];
     *value << force.translational(), force.rotational();
     return true;
   }

@@ -59,8 +59,8 @@ which starts at time 0, has then taken its step nearest to it. What has arrived
 is a function of time, so the output needs no step in between. Before the first
 arrival it is the empty message (sequence -1).
 @param seed  of jitter and loss.
-@param rate  Hz, > 0: the sender's.
-@param period  s, > 0, of the two sides' steps.
+@param rate  Hz, in (0, 1/period]: the sender's.
+@param period  s, in (0, kMaxTime], of the two sides' steps.
 @param counted  whether there is the port `counters`.
 @param tag  of the only kind of message that is carried. */
 BlockPtr MakeCommunicationChannelBlock(
@@ -87,8 +87,8 @@ Steps every `period`; the mean is that of the last step, zero before the first.
 Windows are [k window, (k + 1) window): a system that runs every `window` sees
 the mean over the window that just ended. Samples that are not finite are left
 out.
-@param window  s, > 0.
-@param period  s, > 0, between samples. */
+@param window  s, in (0, kMaxTime].
+@param period  s, in (0, kMaxTime], between samples. */
 BlockPtr MakeWindowMeanBlock(double window = 1 / 15.0, double period = 0.001);
 
 /** Pose and twist of the tool point from the arm's state; no memory. */
@@ -131,8 +131,9 @@ It has the project's sign already: pressing on a table, the arm pushes the tool
 (and the tool the table) down. It still holds the tool's weight and inertia, as
 a real sensor's reading does: in standstill it is the wrench of the tool on its
 environment minus the tool's weight.
-@param joint  index of the weld that stands for the sensor. */
-BlockPtr MakeSensorReactionBlock(int joint);
+@param sensor_joint  index of the weld that stands for the sensor, >= 0; one
+that the plant has not is found where the input is read. */
+BlockPtr MakeSensorReactionBlock(int sensor_joint);
 
 /** A simulated wrist sensor that is a part of a robot side's block. */
 struct RobotSideSensor {
@@ -155,8 +156,8 @@ those of the last step, zero before the first.
 With a simulated sensor it does the work of that block, too, and gives the same
 bits as with that in front of it.
 @param arm  its model.
-@param q_start  rad: where the arm will be when the run starts. Before the first
-step the torque holds it there.
+@param q_start  rad, within kMaxPosition: where the arm will be when the run
+starts. Before the first step the torque holds it there.
 @param sensor  the simulated sensor, if there is one. */
 BlockPtr MakeRobotSideBlock(const RobotSideParams<SerialArm<7>>& params,
                             const ArmModelParams<7>& arm,
@@ -186,10 +187,10 @@ BlockPtr MakeHapticSideBlock(
 to be connected to. Steps every control period; the outputs are those of the
 last step, zero before the first. The same bits as the sides with their
 simulated hardware and two channels.
-@param joint  as for MakeSensorReactionBlock().
+@param sensor_joint  as for MakeSensorReactionBlock().
 @param q_start  as for MakeRobotSideBlock(). */
 BlockPtr MakeTeleopLoopBlock(const TeleopLoopParams<SerialArm<7>>& params,
-                             int joint,
+                             int sensor_joint,
                              const std::optional<Vector7>& q_start = {});
 
 }  // namespace dual_proxy

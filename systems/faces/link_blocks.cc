@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/faces/blocks.h"
 #include "dual_proxy/faces/shared_ports.h"
@@ -43,9 +44,7 @@ class CommunicationChannelBlock final
   CommunicationChannelBlock(const CommunicationChannelParams& params,
                             std::uint64_t seed, double rate, double period,
                             bool counted, MessageTag tag)
-      : BlockOf("CommunicationChannel", {.period = 1 / Checked("rate", rate),
-                                         .offset = CommunicationChannel::kLook *
-                                                   Checked("period", period)}),
+      : BlockOf("CommunicationChannel", CheckedTiming(rate, period)),
         channel_(params),
         counted_(counted),
         tag_(tag) {
@@ -53,9 +52,12 @@ class CommunicationChannelBlock final
   }
 
  private:
-  static double Checked(const char* field, double value) {
-    ThrowUnlessIn("CommunicationChannel", field, value, Above(0));
-    return value;
+  static BlockTiming CheckedTiming(double rate, double period) {
+    const char* who = "CommunicationChannel";
+    ThrowUnlessIn(who, "period", period, Between(Open(0), kMaxTime));
+    ThrowUnlessIn(who, "rate", rate,
+                  Between(Open(0), {1 / period, "1/period"}));
+    return {.period = 1 / rate, .offset = CommunicationChannel::kLook * period};
   }
 
   void ReadInputs(InputPorts* ports, Message* message) const override {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/faces/blocks.h"
 #include "dual_proxy/faces/shared_ports.h"
@@ -19,10 +20,11 @@ class TeleopLoopBlock final
                   const std::optional<Vector7>& q_start)
       : BlockOf("TeleopLoop", {.period = params.robot.controller.period}),
         loop_(params),
-        joint_(joint) {
+        joint_(CheckedSensorJoint("TeleopLoop", joint)) {
     LoopMemory start{.loop = loop_.MakeState()};
     if (q_start) {
-      ThrowUnlessIn("TeleopLoop", "q_start", *q_start, Finite());
+      ThrowUnlessIn("TeleopLoop", "q_start", *q_start,
+                    Between(-kMaxPosition, kMaxPosition));
       start.torque = loop_.CalcHoldingTorque(*q_start);
     }
     set_start(std::move(start));
@@ -81,8 +83,9 @@ class TeleopLoopBlock final
 }  // namespace
 
 BlockPtr MakeTeleopLoopBlock(const TeleopLoopParams<SerialArm<7>>& params,
-                             int joint, const std::optional<Vector7>& q_start) {
-  return std::make_shared<TeleopLoopBlock>(params, joint, q_start);
+                             int sensor_joint,
+                             const std::optional<Vector7>& q_start) {
+  return std::make_shared<TeleopLoopBlock>(params, sensor_joint, q_start);
 }
 
 }  // namespace dual_proxy

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/common/window_mean.h"
 #include "dual_proxy/faces/blocks.h"
@@ -135,7 +136,7 @@ class WindowMeanBlock final
 
  private:
   static double Checked(double period) {
-    ThrowUnlessIn("WindowMean", "period", period, Above(0));
+    ThrowUnlessIn("WindowMean", "period", period, Between(Open(0), kMaxTime));
     return period;
   }
 

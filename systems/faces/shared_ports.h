@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "dual_proxy/common/validate.h"
 #include "dual_proxy/faces/block.h"
 #include "dual_proxy/perception/contact_perception.h"
 #include "dual_proxy/proxy/gripper_follower.h"
@@ -23,6 +24,16 @@ inline constexpr PortText kHandleForce{
     "handle_force",
     "N, of the handle on the hand, from a force sensor there (used by method "
     "`force_feedback`)"};
+
+/** Checks the index of the joint that stands for a sensor: only its sign, as
+nothing is known of the plant.
+@throws std::invalid_argument if it is negative. */
+inline int CheckedSensorJoint(const char* who, int sensor_joint) {
+  if (sensor_joint < 0) {
+    ThrowInvalidField(who, "sensor_joint", "an integer >= 0", sensor_joint);
+  }
+  return sensor_joint;
+}
 
 /** The ports that show what a filter has found. */
 inline void WriteFound(const ContactPerceptionState& perception,

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/faces/blocks.h"
 #include "dual_proxy/faces/shared_ports.h"
@@ -47,7 +48,8 @@ class RobotSideBlock final : public BlockOf<RobotBlockInput, RobotBlockMemory> {
     RobotBlockMemory start;
     start.side = side_.MakeState(seeds.filter, seeds.angular_filter);
     if (q_start) {
-      ThrowUnlessIn("RobotSide", "q_start", *q_start, Finite());
+      ThrowUnlessIn("RobotSide", "q_start", *q_start,
+                    Between(-kMaxPosition, kMaxPosition));
       Pose X_BE;
       ModelTerms<7> terms;
       arm_.Calc(*q_start, Vector7::Zero(), &X_BE, &terms);
@@ -56,7 +58,8 @@ class RobotSideBlock final : public BlockOf<RobotBlockInput, RobotBlockMemory> {
     if (sensor) {
       CheckPeriod("RobotSide", "sensor.period", sensor->params.period,
                   params.controller.period);
-      ThrowUnlessIn("RobotSide", "p_SE", sensor->p_SE, Finite());
+      ThrowUnlessIn("RobotSide", "p_SE", sensor->p_SE,
+                    Between(-kMaxPosition, kMaxPosition));
       sensor_.emplace(sensor->params);
       p_SE_ = sensor->p_SE;
       start.sensor = sensor_->MakeState(sensor->seed);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/validate.h"
 #include "dual_proxy/faces/blocks.h"
 #include "dual_proxy/faces/shared_ports.h"
@@ -17,7 +18,8 @@ class ForceTorqueSensorBlock final
       : BlockOf("ForceTorqueSensor", {.period = params.period}),
         sensor_(params),
         p_SE_(p_SE) {
-    ThrowUnlessIn("ForceTorqueSensor", "p_SE", p_SE, Finite());
+    ThrowUnlessIn("ForceTorqueSensor", "p_SE", p_SE,
+                  Between(-kMaxPosition, kMaxPosition));
     set_start(sensor_.MakeState(seed));
   }
 
@@ -121,7 +123,8 @@ class SimulatedHapticDeviceBlock final
 class SensorReactionBlock final : public BlockOf<Nothing, Nothing> {
  public:
   explicit SensorReactionBlock(int joint)
-      : BlockOf("SensorReaction", {}), joint_(joint) {
+      : BlockOf("SensorReaction", {}),
+        joint_(CheckedSensorJoint("SensorReaction", joint)) {
     set_start(Nothing{});
   }
 
@@ -160,8 +163,8 @@ BlockPtr MakeSimulatedHapticDeviceBlock(
   return std::make_shared<SimulatedHapticDeviceBlock>(path, params);
 }
 
-BlockPtr MakeSensorReactionBlock(int joint) {
-  return std::make_shared<SensorReactionBlock>(joint);
+BlockPtr MakeSensorReactionBlock(int sensor_joint) {
+  return std::make_shared<SensorReactionBlock>(sensor_joint);
 }
 
 }  // namespace dual_proxy

@@ -16,6 +16,8 @@ namespace dual_proxy {
 
 /** Parameters of a simulated link, one way. */
 struct CommunicationChannelParams {
+  static constexpr double kMaxDelay = 10;  ///< s.
+
   double delay{0.0};
   double jitter{0.0};
   double loss{0.0};
@@ -28,10 +30,10 @@ struct CommunicationChannelParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(Field("delay", &delay, Between(0, 10), "s",
+    a->Visit(Field("delay", &delay, Between(0, kMaxDelay), "s",
                    "of every message, one way; a scenario refuses one that is "
                    "not a message interval less than max_age"));
-    a->Visit(Field("jitter", &jitter, AtLeast(0), "s",
+    a->Visit(Field("jitter", &jitter, Between(0, kMaxDelay), "s",
                    "standard deviation of the normal whose absolute value is "
                    "added to the delay of each message: none is early"));
     a->Visit(Field("loss", &loss, Between(0, 1), "",

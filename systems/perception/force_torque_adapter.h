@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "dual_proxy/common/low_pass.h"
 #include "dual_proxy/common/pose.h"
 #include "dual_proxy/common/serialize.h"
 
@@ -38,7 +39,7 @@ struct ForceTorqueAdapterParams {
     a->Visit(Field("tool_com", &tool_com, Finite(), "m",
                    "in S: centre of that mass"));
     a->Visit(Field("gravity", &gravity, AtLeast(0), "m/s^2", "along -z of B"));
-    a->Visit(Field("cutoff", &cutoff, AtLeast(0), "Hz",
+    a->Visit(Field("cutoff", &cutoff, CutoffOrNone(), "Hz",
                    "the sensor's own first-order low-pass, which what the "
                    "tool's inertia does passes through, too; 0 is none"));
     a->Visit(Field("max_force", &max_force, Above(0), "N",

@@ -30,7 +30,7 @@ struct WorkspaceMapParams {
     a->Visit(Field("R_cw", &R_cw, Rotation(), "",
                    "robot orientation R_BE that belongs to the device's home"));
     a->Visit(
-        Field("scale", &scale, Above(0), "",
+        Field("scale", &scale, Between(1e-3, 1e3), "",
               "metres of the robot per metre of the device; 2.5 in the paper"));
   }
 };

@@ -4,7 +4,9 @@
 #include <Eigen/Core>
 #include <cstdint>
 
+#include "dual_proxy/common/low_pass.h"
 #include "dual_proxy/common/pose.h"
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/serialize.h"
 
 namespace dual_proxy {
@@ -12,6 +14,7 @@ namespace dual_proxy {
 /** Parameters of SimulatedHapticDevice; the defaults are an Omega.7 in a firm
 hand. */
 struct SimulatedHapticDeviceParams {
+  // Ranges leave two decades around any device and any hand.
   double hand_mass{0.5};
   double hand_stiffness{600};
   double hand_damping{30};
@@ -33,28 +36,30 @@ struct SimulatedHapticDeviceParams {
   /** Visits every field by name; see common/serialize.h. */
   template <typename Archive>
   void Serialize(Archive* a) {
-    a->Visit(Field("hand_mass", &hand_mass, Above(0), "kg",
+    a->Visit(Field("hand_mass", &hand_mass, Between(1e-3, 500), "kg",
                    "moving mass of the hand"));
-    a->Visit(Field("hand_stiffness", &hand_stiffness, AtLeast(0), "N/m",
+    a->Visit(Field("hand_stiffness", &hand_stiffness, Between(0, 1e6), "N/m",
                    "K of the pull to the intended position; a soft hand has "
                    "300, a firm one 600"));
-    a->Visit(Field("hand_damping", &hand_damping, AtLeast(0), "N s/m",
+    a->Visit(Field("hand_damping", &hand_damping, Between(0, 1e5), "N s/m",
                    "B of the pull to the intended velocity, 10 to 30"));
-    a->Visit(Field("device_mass", &device_mass, Above(0), "kg",
+    a->Visit(Field("device_mass", &device_mass, Between(1e-4, 500), "kg",
                    "moving mass of the device at the handle"));
-    a->Visit(Field("device_damping", &device_damping, AtLeast(0), "N s/m",
+    a->Visit(Field("device_damping", &device_damping, Between(0, 1e4), "N s/m",
                    "friction of the device, as viscous damping to its base"));
-    a->Visit(Field("device_friction", &device_friction, AtLeast(0), "N",
+    a->Visit(Field("device_friction", &device_friction, Between(0, 1e3), "N",
                    "dry friction of the device, which also holds it still"));
-    a->Visit(Field("max_force", &max_force, AtLeast(0), "N",
+    a->Visit(Field("max_force", &max_force, Between(0, kMaxForce), "N",
                    "no larger force leaves the device, whatever is commanded"));
-    a->Visit(Field("workspace_radius", &workspace_radius, Above(0), "m",
+    a->Visit(Field("workspace_radius", &workspace_radius,
+                   Between(1e-3, kMaxDevicePosition), "m",
                    "about the x axis of D"));
-    a->Visit(Field("workspace_half_length", &workspace_half_length, Above(0),
-                   "m", "along the x axis of D"));
-    a->Visit(Field("resolution", &resolution, AtLeast(0), "m",
+    a->Visit(Field("workspace_half_length", &workspace_half_length,
+                   Between(1e-3, kMaxDevicePosition), "m",
+                   "along the x axis of D"));
+    a->Visit(Field("resolution", &resolution, Between(0, 0.1), "m",
                    "step of the position reading; 0 is none"));
-    a->Visit(Field("velocity_cutoff", &velocity_cutoff, AtLeast(0), "Hz",
+    a->Visit(Field("velocity_cutoff", &velocity_cutoff, CutoffOrNone(), "Hz",
                    "low-pass of the velocity reading; 0 is none"));
     a->Visit(Field("period", &period, Above(0), "s", "of control"));
   }

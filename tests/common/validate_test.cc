@@ -84,6 +84,20 @@ TEST(ValidateTest, AValueIsNeverShownAsABoundThatItMisses) {
   EXPECT_EQ(NumberText(kInfinity), "inf");
 }
 
+TEST(ValidateTest, ZeroMayStandBesideARange) {
+  const Range range = OrZero(AtLeast(0.5));
+  EXPECT_EQ(RangeText(range), "0 or >= 0.5");
+  EXPECT_EQ(RangeText(OrZero(Between(1, 2))), "0 or in [1, 2]");
+  EXPECT_EQ(Problem(0.0, range), "");
+  EXPECT_EQ(Problem(-0.0, range), "");
+  EXPECT_EQ(Problem(0.5, range), "");
+  EXPECT_EQ(Problem(1e-300, range),
+            "expected 0 or a finite value >= 0.5, got 1e-300");
+  EXPECT_EQ(Problem(3.0, OrZero(Between(1, 2))),
+            "expected 0 or a number in [1, 2], got 3");
+  EXPECT_NE(Problem(kNan, range), "");
+}
+
 TEST(ValidateTest, FiniteAndRotation) {
   EXPECT_EQ(Problem(Eigen::Vector3d(0, 0, 0), Finite()), "");
   EXPECT_EQ(Problem(Eigen::Vector2d(1, kInfinity), Finite()),

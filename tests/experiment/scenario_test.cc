@@ -381,7 +381,7 @@ TEST(ScenarioTest, WrongFieldsAreNamedByTheirPath) {
             "tiny.scene.surfaces: expected names used once, not empty and not "
             "'table', got ['']");
   EXPECT_EQ(ErrorAfter([](S* s) { s->map.scale = 0; }),
-            "tiny.map.scale: expected a finite value > 0, got 0");
+            "tiny.map.scale: expected a number in [0.001, 1000], got 0");
   EXPECT_EQ(ErrorAfter([](S* s) { s->link.channel.loss = 2; }),
             "tiny.link.loss: expected a number in [0, 1], got 2");
   EXPECT_EQ(
@@ -406,6 +406,36 @@ TEST(ScenarioTest, WrongFieldsAreNamedByTheirPath) {
       ErrorAfter([](S* s) { s->operator_params.waypoints[1].position(2) = 3; }),
       "tiny.operator.waypoints[1].position[2]: expected a number in "
       "[-2, 2], got 3");
+}
+
+// What passes the checks gives a run in which all is finite.
+TEST(ScenarioTest, WhatNoHandDeviceOrLinkHasIsRefused) {
+  using S = Scenario;
+  EXPECT_EQ(ErrorAfter([](S* s) { s->device.hand_stiffness = 1e300; }),
+            "tiny.device.hand_stiffness: expected a number in [0, 1e+06], got "
+            "1e+300");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->device.hand_mass = 5e-324; }),
+            "tiny.device.hand_mass: expected a number in [0.001, 500], got "
+            "4.94066e-324");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->device.device_mass = 5e-324; }),
+            "tiny.device.device_mass: expected a number in [0.0001, 500], got "
+            "4.94066e-324");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->device.hand_damping = 1e300; }),
+            "tiny.device.hand_damping: expected a number in [0, 100000], got "
+            "1e+300");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->device.device_damping = 1e300; }),
+            "tiny.device.device_damping: expected a number in [0, 10000], got "
+            "1e+300");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->map.scale = 1e300; }),
+            "tiny.map.scale: expected a number in [0.001, 1000], got 1e+300");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->link.channel.jitter = 1e300; }),
+            "tiny.link.jitter: expected a number in [0, 10], got 1e+300");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->sensor.cutoff = 1e-300; }),
+            "tiny.sensor.cutoff: expected 0 or a finite value >= 0.01, got "
+            "1e-300");
+  EXPECT_EQ(ErrorAfter([](S* s) { s->device.velocity_cutoff = 1e-300; }),
+            "tiny.device.velocity_cutoff: expected 0 or a finite value >= "
+            "0.01, got 1e-300");
 }
 
 TEST(ScenarioTest, FieldsThatContradictEachOtherAreNamed) {

@@ -12,6 +12,7 @@
 #include "dual_proxy/faces/example_blocks.h"
 #include "example_inputs.h"
 #include "no_alloc.h"
+#include "validation_error.h"
 
 namespace dual_proxy {
 namespace {
@@ -42,6 +43,26 @@ TEST(BlockTest, PortsHaveNamesOfTheirOwnAndMeanings) {
       }
     }
   }
+}
+
+TEST(BlockTest, WhatNoSystemCanBeMadeOfIsRefused) {
+  EXPECT_EQ(
+      InvalidArgument([] { MakeSensorReactionBlock(-1); }),
+      "SensorReaction: field `sensor_joint` expected an integer >= 0, got "
+      "-1");
+  EXPECT_EQ(InvalidArgument([] { MakeWindowMeanBlock(1e300); }),
+            "WindowMean: field `window` expected a number in (0, 1e+11], got "
+            "1e+300");
+  EXPECT_EQ(
+      InvalidArgument([] { MakeCommunicationChannelBlock({}, 0, 1e300); }),
+      "CommunicationChannel: field `rate` expected a number in (0, "
+      "1/period = 1000], got 1e+300");
+  ArmModelParams<7> arm;
+  arm.mass.setOnes();
+  const Vector7 q = Vector7::Constant(1e300);
+  EXPECT_EQ(InvalidArgument([&] { MakeRobotSideBlock({}, arm, q); }),
+            "RobotSide: field `q_start[0]` expected a number in [-1000, 1000], "
+            "got 1e+300");
 }
 
 TEST(BlockTest, AStepLeavesTheMemoryBeforeAsItWas) {

@@ -256,13 +256,17 @@ TEST_F(ForceTorqueAdapterTest, ErrorsNameFieldRangeAndValue) {
   }
   for (const auto& [field, member] :
        {std::pair{"tool_mass", &Params::tool_mass},
-        {"gravity", &Params::gravity},
-        {"cutoff", &Params::cutoff}}) {
+        {"gravity", &Params::gravity}}) {
     Params params;
     params.*member = -2;
     EXPECT_EQ(ValidationError(params),
               std::string("ForceTorqueAdapterParams: field `") + field +
                   "` expected a finite value >= 0, got -2");
+  }
+  for (const double cutoff : {-2.0, 1e-300}) {
+    EXPECT_NE(ValidationError(Params{.cutoff = cutoff})
+                  .find("`cutoff` expected 0 or a finite value >= 0.01, got "),
+              std::string::npos);
   }
   Params params;
   params.tool_com.x() = std::numeric_limits<double>::infinity();

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -310,30 +312,66 @@ TEST_F(SimulatedHapticDeviceTest, CopyContinuesAlikeAndNothingIsAllocated) {
 TEST_F(SimulatedHapticDeviceTest, ErrorsNameFieldRangeAndValue) {
   using Params = SimulatedHapticDeviceParams;
   EXPECT_EQ(ValidationError(Params{}), "no exception");
-  const std::string who = "SimulatedHapticDeviceParams: field `";
-  for (const auto& [field, member] :
-       {std::pair{"hand_mass", &Params::hand_mass},
-        {"device_mass", &Params::device_mass},
-        {"workspace_radius", &Params::workspace_radius},
-        {"workspace_half_length", &Params::workspace_half_length},
-        {"period", &Params::period}}) {
-    Params params;
-    params.*member = 0;
-    EXPECT_EQ(ValidationError(params),
-              who + field + "` expected a finite value > 0, got 0");
-    EXPECT_THROW(SimulatedHapticDevice{params}, std::invalid_argument);
-  }
-  for (const auto& [field, member] :
-       {std::pair{"hand_stiffness", &Params::hand_stiffness},
-        {"hand_damping", &Params::hand_damping},
-        {"device_damping", &Params::device_damping},
-        {"max_force", &Params::max_force},
-        {"resolution", &Params::resolution},
-        {"velocity_cutoff", &Params::velocity_cutoff}}) {
+  for (const auto& [field, member, range] :
+       {std::tuple{"hand_mass", &Params::hand_mass, "a number in [0.001, 500]"},
+        {"hand_stiffness", &Params::hand_stiffness, "a number in [0, 1e+06]"},
+        {"hand_damping", &Params::hand_damping, "a number in [0, 100000]"},
+        {"device_mass", &Params::device_mass, "a number in [0.0001, 500]"},
+        {"device_damping", &Params::device_damping, "a number in [0, 10000]"},
+        {"device_friction", &Params::device_friction, "a number in [0, 1000]"},
+        {"max_force", &Params::max_force, "a number in [0, 10000]"},
+        {"workspace_radius", &Params::workspace_radius,
+         "a number in [0.001, 10]"},
+        {"workspace_half_length", &Params::workspace_half_length,
+         "a number in [0.001, 10]"},
+        {"resolution", &Params::resolution, "a number in [0, 0.1]"},
+        {"velocity_cutoff", &Params::velocity_cutoff,
+         "0 or a finite value >= 0.01"},
+        {"period", &Params::period, "a finite value > 0"}}) {
     Params params;
     params.*member = -1;
     EXPECT_EQ(ValidationError(params),
-              who + field + "` expected a finite value >= 0, got -1");
+              std::string("SimulatedHapticDeviceParams: field `") + field +
+                  "` expected " + range + ", got -1");
+    EXPECT_THROW(SimulatedHapticDevice{params}, std::invalid_argument);
+  }
+}
+
+TEST_F(SimulatedHapticDeviceTest, StepsOfNoSizeLeaveTheReadingAsItIs) {
+  params_.resolution = 5e-324;
+  const SimulatedHapticDevice dut(params_);
+  SimulatedHapticDeviceState state = dut.MakeState();
+  for (int i = 0; i < 100; ++i) {
+    dut.Update({}, zero_, Wrench({3, -2, 5}), &state);
+    EXPECT_EQ(state.read_pose.p, state.pose.p);
+  }
+  EXPECT_TRUE(state.read_velocity.allFinite());
+}
+
+// Wherever in its ranges a hand and a device are, they are where they can be.
+TEST_F(SimulatedHapticDeviceTest, EveryCornerOfTheRangesIsFinite) {
+  const Vector3d far(10, -10, 10);
+  for (int corner = 0; corner < 64; ++corner) {
+    const auto pick = [corner](int bit, double low, double high) {
+      return (corner >> bit) % 2 == 0 ? low : high;
+    };
+    const SimulatedHapticDevice dut({.hand_mass = pick(0, 1e-3, 500),
+                                     .hand_stiffness = pick(1, 0, 1e6),
+                                     .hand_damping = pick(2, 0, 1e5),
+                                     .device_mass = pick(3, 1e-4, 500),
+                                     .device_damping = pick(4, 0, 1e4),
+                                     .workspace_radius = 10,
+                                     .workspace_half_length = 10,
+                                     .period = pick(5, 1e-5, 0.1)});
+    SimulatedHapticDeviceState state = dut.MakeState();
+    for (int i = 0; i < 1000; ++i) {
+      const double sign = i % 100 < 50 ? 1 : -1;
+      dut.Update({.p = 0.001 * sign * far}, zero_, Wrench(sign * far), &state);
+      ASSERT_LE(state.pose.p.norm(), 20) << corner << " at " << i;
+      ASSERT_TRUE(state.velocity.allFinite() && state.hand_force.allFinite() &&
+                  state.handle_force.allFinite())
+          << corner << " at " << i;
+    }
   }
 }
 

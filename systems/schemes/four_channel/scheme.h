@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "dual_proxy/common/enum_strings.h"
+#include "dual_proxy/common/low_pass.h"
 #include "dual_proxy/common/pose.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/link/message.h"
@@ -64,8 +65,8 @@ struct FourChannelParams {
                    "m: of the device, without the hand"));
     a->Visit(Field("device_friction", &device_friction, AtLeast(0), "N s/m",
                    "b: of the device, viscous"));
-    a->Visit(Field("hand_force_cutoff", &hand_force_cutoff, Above(0), "Hz",
-                   "low-pass of the estimated force of the hand"));
+    a->Visit(Field("hand_force_cutoff", &hand_force_cutoff, AtLeast(kMinCutoff),
+                   "Hz", "low-pass of the estimated force of the hand"));
     a->Visit(Field("release_rate", &release_rate, Above(0), "N/s",
                    "at which the hand's force goes to zero without a link"));
   }

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "dual_proxy/common/low_pass.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/link/message.h"
 #include "dual_proxy/link/sample_sender.h"
@@ -46,7 +47,7 @@ struct WaveVariablesParams {
     a->Visit(Field("force_scale", &force_scale, Above(0), "",
                    "kappa: share of f_d that the hand feels"));
     a->Visit(
-        Field("wave_cutoff", &wave_cutoff, AtLeast(0), "Hz",
+        Field("wave_cutoff", &wave_cutoff, CutoffOrNone(), "Hz",
               "low-pass of received waves against the ripple of their "
               "messages, which makes the link 1 / (2 pi this) longer; 0 is "
               "none: a touch then comes to the hand in steps of newtons"));
