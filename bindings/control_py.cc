@@ -39,10 +39,10 @@ void BindPassivity(py::module_& m) {
                     "N s/m, injected last")
       .def_readonly("dissipated", &TimeDomainPassivityState::dissipated,
                     "J, by injection");
-  py::class_<TimeDomainPassivity>(
+  BoundClass<TimeDomainPassivity>(
       m, "TimeDomainPassivity",
       "Time-domain passivity observer and controller of a force port.")
-      .def(py::init<P>(), py::arg("params") = P{})
+      .def_constructor<P>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<TimeDomainPassivity>)
       .def("make_state", &TimeDomainPassivity::MakeState)
       .def(
@@ -72,10 +72,10 @@ void BindSelectionBlend(py::module_& m) {
                     "(3, 3): what is in force now")
       .def_readonly("progress", &SelectionBlendState::progress,
                     "0 at a change, 1 when it is complete");
-  py::class_<SelectionBlend>(
+  BoundClass<SelectionBlend>(
       m, "SelectionBlend",
       "Replaces the switch of a selection matrix by a linear blend.")
-      .def(py::init<P>(), py::arg("params") = P{})
+      .def_constructor<P>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<SelectionBlend>)
       .def("make_state", &SelectionBlend::MakeState)
       .def(
@@ -95,11 +95,11 @@ void BindJointLimits(py::module_& m) {
   BindParams<P>(m, "JointLimitsParams",
                 "Parameters of JointLimits; the defaults are the Panda's.")
       .Fields();
-  py::class_<JointLimits<7>>(
+  BoundClass<JointLimits<7>>(
       m, "JointLimits",
       "Keeps joints within their ends and speeds by damping that sets in "
       "before them.")
-      .def(py::init<P>(), py::arg("params") = P{})
+      .def_constructor<P>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<JointLimits<7>>)
       .def(
           "limit",
@@ -133,9 +133,9 @@ void BindForceLoop(py::module_& m) {
       .def_readonly("released", &ForceLoopState::released, kCopy,
                     "(3,), N, fading")
       .def_readonly("passivity", &ForceLoopState::passivity);
-  py::class_<ForceLoop>(m, "ForceLoop",
+  BoundClass<ForceLoop>(m, "ForceLoop",
                         "Force loop of eq. (13) with passivity controller.")
-      .def(py::init<P>(), py::arg("params") = P{})
+      .def_constructor<P>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<ForceLoop>)
       .def("make_state", &ForceLoop::MakeState)
       .def(
@@ -202,10 +202,10 @@ void BindOperationalSpaceController(py::module_& m) {
       .def_readonly("rate_limited", &S::rate_limited,
                     "cycles in which torque_rate_limit acted");
 
-  py::class_<OperationalSpaceController<7>>(
+  BoundClass<OperationalSpaceController<7>>(
       m, "OperationalSpaceController",
       "Unified force/motion control in operational space, eq. (10) to (17).")
-      .def(py::init<P>(), py::arg("params") = P{})
+      .def_constructor<P>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<OperationalSpaceController<7>>)
       .def("make_state", &OperationalSpaceController<7>::MakeState)
       .def(
@@ -258,8 +258,8 @@ void BindOperationalSpaceController(py::module_& m) {
           "force-controlled.\n"
           "Returns an OperationalSpaceControllerOutput.");
 
-  m.def(
-      "calc_operational_space_inertia",
+  Def(
+      &m, "calc_operational_space_inertia",
       [](const py::object& jacobian, const py::object& mass, double max_mass,
          double length) {
         const OperationalSpaceInertia inertia = CalcOperationalSpaceInertia<7>(
@@ -343,10 +343,10 @@ void BindPointController(py::module_& m) {
       .def_readonly("rate_limited", &S::rate_limited,
                     "cycles in which force_rate_limit acted");
 
-  py::class_<PointController>(
+  BoundClass<PointController>(
       m, "PointController",
       "Unified force/motion control of a point of mass, eq. (12) to (14).")
-      .def(py::init<P>(), py::arg("params") = P{})
+      .def_constructor<P>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<PointController>)
       .def("make_state", &PointController::MakeState)
       .def(
@@ -396,10 +396,10 @@ void BindArmModel(py::module_& m) {
       .Field("R_LE", &P::R_LE, "(3, 3): orientation of E in the last J")
       .Field("gravity", &P::gravity,
              "(3,), m/s^2, in B, default (0, 0, -9.81)");
-  py::class_<ArmModel<7>>(
+  BoundClass<ArmModel<7>>(
       m, "ArmModel",
       "Kinematics and dynamics of a serial arm with seven revolute joints.")
-      .def(py::init<P>(), py::arg("params"))
+      .def_constructor<P>(py::arg("params"))
       .def_property_readonly("params", &ParamsOf<ArmModel<7>>)
       .def(
           "calc",
@@ -442,11 +442,11 @@ void BindHapticController(py::module_& m) {
                                    "Memory of HapticController.")
       .def_readonly("bad_inputs", &HapticControllerState::bad_inputs,
                     "cycles refused");
-  py::class_<HapticController>(
+  BoundClass<HapticController>(
       m, "HapticController",
       "Local control of the haptic device: open-loop, eq. (18), by a force "
       "sensor, or holding\nthe haptic proxy.")
-      .def(py::init<P>(), py::arg("params") = P{})
+      .def_constructor<P>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<HapticController>)
       .def("make_state", &HapticController::MakeState)
       .def(

@@ -33,20 +33,19 @@ void BindRobotCycle(py::module_& m) {
           "ForceTorqueAdapterState. A copy.");
 
   using C = RobotCycle;
-  py::class_<C>(m, "RobotCycle",
+  BoundClass<C>(m, "RobotCycle",
                 "All that a process which has a real arm does in a period, but "
                 "for reading and writing:\nthe model's terms, the sensor's "
                 "adapter, the robot side.")
-      .def(
-          py::init([](const RobotSideParams<SerialArm<7>>& side,
-                      const ArmModelParams<7>& model,
-                      const ForceTorqueAdapterParams& sensor,
-                      const py::object& p_SE) {
+      .def_factory(
+          [](const RobotSideParams<SerialArm<7>>& side,
+             const ArmModelParams<7>& model,
+             const ForceTorqueAdapterParams& sensor, const py::object& p_SE) {
             return C({.side = side,
                       .model = model,
                       .sensor = sensor,
                       .p_SE = Vec3(p_SE, "p_SE")});
-          }),
+          },
           py::kw_only(), py::arg("side"), py::arg("model"), py::arg("sensor"),
           py::arg("p_SE"),
           "side: RobotSideParams; model: ArmModelParams, of the arm with all "

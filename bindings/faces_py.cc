@@ -275,73 +275,119 @@ std::shared_ptr<Block> ForPython(const BlockPtr& block) {
 }
 
 void BindMakers(py::module_& m) {
-  m.def("_make_RobotSideProxy", [](const RobotSideProxyParams& params) {
-    return ForPython(MakeRobotSideProxyBlock(params));
-  });
-  m.def("_make_HapticSideProxy", [](const HapticSideProxyParams& params) {
-    return ForPython(MakeHapticSideProxyBlock(params));
-  });
-  m.def("_make_PoseSender", [](const PoseSenderParams& params) {
-    return ForPython(MakePoseSenderBlock(params));
-  });
-  m.def("_make_CommunicationChannel",
-        [](const CommunicationChannelParams& params, std::uint64_t seed,
-           double rate, double period, bool counted, MessageTag tag) {
-          return ForPython(MakeCommunicationChannelBlock(params, seed, rate,
-                                                         period, counted, tag));
-        });
-  m.def("_make_ForceSpaceParticleFilter",
-        [](const ForceSpaceParticleFilterParams& params, std::uint64_t seed) {
-          return ForPython(MakeForceSpaceParticleFilterBlock(params, seed));
-        });
-  m.def("_make_ContactHistory", [](const ContactHistoryParams& params) {
-    return ForPython(MakeContactHistoryBlock(params));
-  });
-  m.def("_make_WindowMean", [](double window, double period) {
-    return ForPython(MakeWindowMeanBlock(window, period));
-  });
-  m.def("_make_ArmKinematics", [](const ArmModelParams<7>& arm) {
-    return ForPython(MakeArmKinematicsBlock(arm));
-  });
-  m.def("_make_OperationalSpaceController",
-        [](const OperationalSpaceControllerParams<7>& params,
-           const ArmModelParams<7>& arm) {
-          return ForPython(MakeOperationalSpaceControllerBlock(params, arm));
-        });
-  m.def("_make_HapticController", [](const HapticControllerParams& params) {
-    return ForPython(MakeHapticControllerBlock(params));
-  });
-  m.def("_make_ForceTorqueSensor",
-        [](const ForceTorqueSensorParams& params, const py::object& p_SE,
-           std::uint64_t seed) {
-          return ForPython(MakeForceTorqueSensorBlock(
-              params, Vec3(p_SE, "ForceTorqueSensor: p_SE"), seed));
-        });
-  m.def(
-      "_make_SimulatedHapticDevice",
+  const py::arg params("params");
+  const py::arg seed("seed");
+  const py::arg period("period");
+  const py::arg arm("arm");
+  const py::arg joint("sensor_joint");
+  const py::arg q_start("q_start");
+  const py::arg p_SE("p_SE");
+  const py::arg path("path");
+  Def(
+      &m, "_make_RobotSideProxy",
+      [](const RobotSideProxyParams& params) {
+        return ForPython(MakeRobotSideProxyBlock(params));
+      },
+      params);
+  Def(
+      &m, "_make_HapticSideProxy",
+      [](const HapticSideProxyParams& params) {
+        return ForPython(MakeHapticSideProxyBlock(params));
+      },
+      params);
+  Def(
+      &m, "_make_PoseSender",
+      [](const PoseSenderParams& params) {
+        return ForPython(MakePoseSenderBlock(params));
+      },
+      params);
+  Def(
+      &m, "_make_CommunicationChannel",
+      [](const CommunicationChannelParams& params, std::uint64_t seed,
+         double rate, double period, bool counted, MessageTag tag) {
+        return ForPython(MakeCommunicationChannelBlock(params, seed, rate,
+                                                       period, counted, tag));
+      },
+      params, seed, py::arg("rate"), period, py::arg("counted"),
+      py::arg("tag"));
+  Def(
+      &m, "_make_ForceSpaceParticleFilter",
+      [](const ForceSpaceParticleFilterParams& params, std::uint64_t seed) {
+        return ForPython(MakeForceSpaceParticleFilterBlock(params, seed));
+      },
+      params, seed);
+  Def(
+      &m, "_make_ContactHistory",
+      [](const ContactHistoryParams& params) {
+        return ForPython(MakeContactHistoryBlock(params));
+      },
+      params);
+  Def(
+      &m, "_make_WindowMean",
+      [](double window, double period) {
+        return ForPython(MakeWindowMeanBlock(window, period));
+      },
+      py::arg("window"), period);
+  Def(
+      &m, "_make_ArmKinematics",
+      [](const ArmModelParams<7>& arm) {
+        return ForPython(MakeArmKinematicsBlock(arm));
+      },
+      arm);
+  Def(
+      &m, "_make_OperationalSpaceController",
+      [](const OperationalSpaceControllerParams<7>& params,
+         const ArmModelParams<7>& arm) {
+        return ForPython(MakeOperationalSpaceControllerBlock(params, arm));
+      },
+      params, arm);
+  Def(
+      &m, "_make_HapticController",
+      [](const HapticControllerParams& params) {
+        return ForPython(MakeHapticControllerBlock(params));
+      },
+      params);
+  Def(
+      &m, "_make_ForceTorqueSensor",
+      [](const ForceTorqueSensorParams& params, const py::object& p_SE,
+         std::uint64_t seed) {
+        return ForPython(MakeForceTorqueSensorBlock(
+            params, Vec3(p_SE, "ForceTorqueSensor: p_SE"), seed));
+      },
+      params, p_SE, seed);
+  Def(
+      &m, "_make_SimulatedHapticDevice",
       [](const OperatorPath& path, const SimulatedHapticDeviceParams& params) {
         return ForPython(MakeSimulatedHapticDeviceBlock(path.params(), params));
-      });
-  m.def("_make_SensorReaction",
-        [](int joint) { return ForPython(MakeSensorReactionBlock(joint)); });
-  m.def("_make_RobotSide",
-        [](const RobotSideParams<SerialArm<7>>& params,
-           const ArmModelParams<7>& arm, const py::object& q_start,
-           const std::optional<ForceTorqueSensorParams>& sensor,
-           const py::object& p_SE, std::uint64_t seed,
-           std::uint64_t filter_seed, std::uint64_t angular_filter_seed) {
-          std::optional<RobotSideSensor> simulated;
-          if (sensor) {
-            simulated = {.params = *sensor,
-                         .p_SE = Vec3(p_SE, "RobotSide: p_SE"),
-                         .seed = seed};
-          }
-          return ForPython(MakeRobotSideBlock(
-              params, arm, OptionalVector7(q_start, "RobotSide: q_start"),
-              simulated, {filter_seed, angular_filter_seed}));
-        });
-  m.def(
-      "_make_HapticSide",
+      },
+      path, params);
+  Def(
+      &m, "_make_SensorReaction",
+      [](int sensor_joint) {
+        return ForPython(MakeSensorReactionBlock(sensor_joint));
+      },
+      joint);
+  Def(
+      &m, "_make_RobotSide",
+      [](const RobotSideParams<SerialArm<7>>& params,
+         const ArmModelParams<7>& arm, const py::object& q_start,
+         const std::optional<ForceTorqueSensorParams>& sensor,
+         const py::object& p_SE, std::uint64_t seed, std::uint64_t filter_seed,
+         std::uint64_t angular_filter_seed) {
+        std::optional<RobotSideSensor> simulated;
+        if (sensor) {
+          simulated = {.params = *sensor,
+                       .p_SE = Vec3(p_SE, "RobotSide: p_SE"),
+                       .seed = seed};
+        }
+        return ForPython(MakeRobotSideBlock(
+            params, arm, OptionalVector7(q_start, "RobotSide: q_start"),
+            simulated, {filter_seed, angular_filter_seed}));
+      },
+      params, arm, q_start, py::arg("sensor"), p_SE, seed,
+      py::arg("filter_seed"), py::arg("angular_filter_seed"));
+  Def(
+      &m, "_make_HapticSide",
       [](const HapticSideParams& params,
          const std::optional<SimulatedHapticDeviceParams>& device,
          const std::optional<OperatorPath>& path) {
@@ -351,14 +397,17 @@ void BindMakers(py::module_& m) {
         }
         if (device) simulated = {.params = *device, .path = path->params()};
         return ForPython(MakeHapticSideBlock(params, simulated));
-      });
-  m.def("_make_TeleopLoop",
-        [](const Scenario& scenario, const ArmModelParams<7>& arm, int joint,
-           const py::object& q_start) {
-          return ForPython(MakeTeleopLoopBlock(
-              MakeTeleopLoopParams<SerialArm<7>>(scenario, arm), joint,
-              OptionalVector7(q_start, "TeleopLoop: q_start")));
-        });
+      },
+      params, py::arg("device"), path);
+  Def(
+      &m, "_make_TeleopLoop",
+      [](const Scenario& scenario, const ArmModelParams<7>& arm,
+         int sensor_joint, const py::object& q_start) {
+        return ForPython(MakeTeleopLoopBlock(
+            MakeTeleopLoopParams<SerialArm<7>>(scenario, arm), sensor_joint,
+            OptionalVector7(q_start, "TeleopLoop: q_start")));
+      },
+      py::arg("scenario"), arm, joint, q_start);
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ py::array SampleArray(const std::vector<Sample>& samples, T Sample::* member) {
 }
 
 void BindTrial(py::module_& m) {
-  py::class_<FilterTrial> trial(
+  BoundClass<FilterTrial> trial(
       m, "FilterTrial",
       "A trial that was run: arrays of one row per update of the filter, in "
       "B.");
@@ -119,13 +119,18 @@ void BindTrial(py::module_& m) {
 
 void BindTrialMetrics(py::module_& m) {
   using Metrics = FilterTrialMetrics;
-  py::class_<Metrics> metrics(
+  BoundClass<Metrics> metrics(
       m, "FilterTrialMetrics",
       "What one or more trials come to. Samples count as contact from a true "
       "force of\n0.5 N at their end.");
-  metrics.def(py::init<>())
-      .def("add", &Metrics::Add, py::arg("trial"),
-           py::call_guard<py::gil_scoped_release>(), "Adds a trial.")
+  metrics.def_constructor<>()
+      .def(
+          "add",
+          [](Metrics& self, const FilterTrial& trial) {
+            const py::gil_scoped_release release;
+            self.Add(trial);
+          },
+          py::arg("trial"), "Adds a trial.")
       .def_readonly("samples", &Metrics::samples, "Number of updates.")
       .def_readonly("contact_samples", &Metrics::contact_samples,
                     "Number of updates in contact.")
@@ -185,29 +190,29 @@ void BindFilterTrial(py::module_& m) {
   m.attr("_FILTER_TRIAL_SCENES") = EnumNames<FilterTrialScene>();
   m.attr("_FILTER_TRIAL_DRIVES") = EnumNames<FilterTrialDrive>();
   m.attr("_LIKELIHOODS") = EnumNames<Likelihood>();
-  m.def(
-      "run_filter_trial",
+  Def(
+      &m, "run_filter_trial",
       [](const Params& params, const ForceSpaceParticleFilterParams& filter,
          std::uint64_t seed) {
+        const py::gil_scoped_release release;
         return RunFilterTrial(params, ForceSpaceParticleFilter(filter), seed);
       },
       py::arg("params") = Params(),
       py::arg("filter") = ForceSpaceParticleFilterParams(), py::arg("seed") = 0,
-      py::call_guard<py::gil_scoped_release>(),
       "Runs a filter, seeded with `seed`, along a trial: a simulated tool on "
       "analytic\nsurfaces, controlled at 1 kHz. The same arguments give the "
       "same bits.\n\n"
       "Raises ValueError for an invalid parameter or a filter's period below 1 "
       "ms.");
-  m.def(
-      "_measure_filter_cost",
+  Def(
+      &m, "_measure_filter_cost",
       [](const FilterTrial& trial, const ForceSpaceParticleFilterParams& filter,
          std::uint64_t seed, int repeats) {
+        const py::gil_scoped_release release;
         return MeasureFilterCost(trial, ForceSpaceParticleFilter(filter), seed,
                                  repeats);
       },
       py::arg("trial"), py::arg("filter"), py::arg("seed"), py::arg("repeats"),
-      py::call_guard<py::gil_scoped_release>(),
       "us of the filter's updates per second of the trial, median of repeats.");
 }
 

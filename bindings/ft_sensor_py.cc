@@ -9,7 +9,7 @@ namespace {
 using ForceReading = Reading<Vector6>;
 
 void BindDriver(py::module_& m) {
-  py::class_<ForceReading>(m, "ForceTorqueReading",
+  BoundClass<ForceReading>(m, "ForceTorqueReading",
                            "What a force/torque sensor measured, and when.")
       .def_readonly("time", &ForceReading::time,
                     "s, of time.monotonic(): when the sensor had this value; "
@@ -74,13 +74,13 @@ void BindFtSensor(py::module_& m) {
                     "taken, with values that are not valid")
       .def_readonly("requests", &Counts::requests,
                     "how often the stream was asked for");
-  py::class_<RdtSensor, ForceTorqueSensorDriver>(
+  BoundClass<RdtSensor, ForceTorqueSensorDriver>(
       m, "RdtSensor",
       "A force/torque sensor that speaks RDT: ATI's Net F/T, Ethernet Axia.\n\n"
       "A thread of its own receives; nothing of the sensor is changed, its "
       "bias least of all.")
-      .def(py::init<const RdtSensorParams&>(),
-           py::arg("params") = RdtSensorParams())
+      .def_constructor<const RdtSensorParams&>(py::arg("params") =
+                                                   RdtSensorParams())
       .def_property_readonly("params", &ParamsOf<RdtSensor>)
       .def_property_readonly("counts", &RdtSensor::counts);
 }

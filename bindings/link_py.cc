@@ -23,7 +23,7 @@ py::array_t<double> AsReadOnlyArray(const Matrix& value) {
 
 // A property of a message or pose that holds an array.
 template <typename T, typename Class>
-void DefArray(py::class_<Class>* cls, const char* name, T Class::* member,
+void DefArray(BoundClass<Class>* cls, const char* name, T Class::* member,
               const char* doc) {
   cls->def_property(
       name,
@@ -44,11 +44,12 @@ void BindMessages(py::module_& m) {
                               "device base frame.");
   DefArray(&pose, "p", &Pose::p, "Position, (3,), m.");
   DefArray(&pose, "R", &Pose::R, "Rotation matrix, (3, 3).");
-  pose.def(py::init([](const py::object& p, const py::object& R) {
-             return Pose{Vec3(p, "p"), Mat3(R, "R")};
-           }),
-           py::arg("p") = AsReadOnlyArray(Pose{}.p),
-           py::arg("R") = AsReadOnlyArray(Pose{}.R))
+  pose.def_factory(
+          [](const py::object& p, const py::object& R) {
+            return Pose{Vec3(p, "p"), Mat3(R, "R")};
+          },
+          py::arg("p") = AsReadOnlyArray(Pose{}.p),
+          py::arg("R") = AsReadOnlyArray(Pose{}.R))
       .def("__repr__",
            [](const py::object& self) {
              return "Pose(p=" +
@@ -59,17 +60,17 @@ void BindMessages(py::module_& m) {
                         .cast<std::string>() +
                     ")";
            })
-      .def(py::pickle(
+      .def_pickle(
           [](const Pose& self) { return py::make_tuple(self.p, self.R); },
           [](const py::tuple& values) {
             return Pose{Vec3(values[0], "p"), Mat3(values[1], "R")};
-          }));
+          });
 
   auto any = BindState<Message>(
       m, "Message",
       "What travels over the link, whatever the scheme: a header and up to 40 "
       "numbers, whose\nmeaning the tag tells.");
-  any.def(py::init<>())
+  any.def_constructor<>()
       .def_readwrite("tag", &Message::tag, "What it holds; 0: nothing.")
       .def_readwrite("sequence", &Message::sequence,
                      "0, 1, 2, ...; -1: nothing has come yet.")
@@ -100,7 +101,7 @@ void BindMessages(py::module_& m) {
              return "Message(" + DescribeTag(self.tag) +
                     ", sequence=" + std::to_string(self.sequence) + ")";
            })
-      .def(py::pickle(
+      .def_pickle(
           [](const py::object& self) {
             return py::make_tuple(self.attr("tag"), self.attr("sequence"),
                                   self.attr("send_time"), self.attr("body"),
@@ -116,7 +117,7 @@ void BindMessages(py::module_& m) {
             self.attr("body") = values[3];
             self.attr("gripper_opening") = values[4];
             return message;
-          }));
+          });
 
   using PM = PoseMessage;
   auto message = BindState<PM>(
@@ -136,11 +137,12 @@ void BindMessages(py::module_& m) {
                   Mat3(contact_normals, "contact_normals")};
       };
   message
-      .def(py::init(make_message), py::arg("sequence") = -1,
-           py::arg("send_time") = 0.0, py::arg("pose") = Pose{},
-           py::arg("force_selection") = AsReadOnlyArray(PM{}.force_selection),
-           py::arg("moment_selection") = AsReadOnlyArray(PM{}.moment_selection),
-           py::arg("contact_normals") = AsReadOnlyArray(PM{}.contact_normals))
+      .def_factory(
+          make_message, py::arg("sequence") = -1, py::arg("send_time") = 0.0,
+          py::arg("pose") = Pose{},
+          py::arg("force_selection") = AsReadOnlyArray(PM{}.force_selection),
+          py::arg("moment_selection") = AsReadOnlyArray(PM{}.moment_selection),
+          py::arg("contact_normals") = AsReadOnlyArray(PM{}.contact_normals))
       .def_readwrite("sequence", &PM::sequence,
                      "0, 1, 2, ...; -1: nothing has come yet.")
       .def_readwrite("send_time", &PM::send_time, "Sender's clock, s.")
@@ -160,7 +162,7 @@ void BindMessages(py::module_& m) {
                     py::repr(py::cast(self.pose)).cast<std::string>() +
                     ", ...)";
            })
-      .def(py::pickle(
+      .def_pickle(
           [](const PM& self) {
             return py::make_tuple(self.sequence, self.send_time, self.pose,
                                   self.force_selection, self.moment_selection,
@@ -172,7 +174,7 @@ void BindMessages(py::module_& m) {
                 values[2].cast<Pose>(), values[3], values[4], values[5]);
             result.gripper_opening = values[6].cast<double>();
             return result;
-          }));
+          });
   message.attr("TAG") = PM::kTag;
   message.def_static(
       "from_message", [](const Message& self) { return FromMessage<PM>(self); },
@@ -195,9 +197,9 @@ void BindMessages(py::module_& m) {
     return FM{sequence, send_time, Vec3(value, "force")};
   };
   force
-      .def(py::init(make_force), py::arg("sequence") = -1,
-           py::arg("send_time") = 0.0,
-           py::arg("force") = AsReadOnlyArray(FM{}.force))
+      .def_factory(make_force, py::arg("sequence") = -1,
+                   py::arg("send_time") = 0.0,
+                   py::arg("force") = AsReadOnlyArray(FM{}.force))
       .def_readwrite("sequence", &FM::sequence,
                      "0, 1, 2, ...; -1: nothing has come yet.")
       .def_readwrite("send_time", &FM::send_time, "Sender's clock, s.")
@@ -214,21 +216,21 @@ void BindMessages(py::module_& m) {
                         .cast<std::string>() +
                     ")";
            })
-      .def(py::pickle(
+      .def_pickle(
           [](const FM& self) {
             return py::make_tuple(self.sequence, self.send_time, self.force);
           },
           [make_force](const py::tuple& values) {
             return make_force(values[0].cast<std::int64_t>(),
                               values[1].cast<double>(), values[2]);
-          }));
+          });
   force.attr("TAG") = FM::kTag;
   DefArray(&force, "force", &FM::force,
            "Robot on its environment, (3,), N, in B.");
 }
 
 template <typename Message>
-py::class_<MessageSenderState<Message>> BindSenderState(py::module_& m,
+BoundClass<MessageSenderState<Message>> BindSenderState(py::module_& m,
                                                         const char* name) {
   using State = MessageSenderState<Message>;
   return BindState<State>(m, name, "Memory of a sender.")
@@ -244,12 +246,12 @@ void BindSenders(py::module_& m) {
   BindParams<P>(m, "PoseSenderParams", "Parameters of a sender.").Fields();
   BindSenderState<PoseMessage>(m, "PoseSenderState");
   BindSenderState<ForceMessage>(m, "ForceSenderState");
-  py::class_<PoseSender>(
+  BoundClass<PoseSender>(
       m, "PoseSender",
       "Turns poses at the control rate into messages at the link's rate: mean "
       "position and\nchordal-mean rotation since the last message, the latest "
       "selections.")
-      .def(py::init<const P&>(), py::arg("params") = P{})
+      .def_constructor<const P&>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<PoseSender>)
       .def("make_state", &PoseSender::MakeState)
       .def(
@@ -274,10 +276,10 @@ void BindSenders(py::module_& m) {
           "selections and normals (3, 3) in B.\nReturns the newest message; it "
           "is a new "
           "one when its sequence has grown.");
-  py::class_<ForceSender>(
+  BoundClass<ForceSender>(
       m, "ForceSender",
       "Turns forces at the control rate into messages at the link's rate.")
-      .def(py::init<const P&>(), py::arg("params") = P{})
+      .def_constructor<const P&>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<ForceSender>)
       .def("make_state", &ForceSender::MakeState)
       .def(
@@ -310,10 +312,10 @@ void BindChannel(py::module_& m) {
                     "Of these, pushed out of a full channel.")
       .def_readonly("refused", &State::refused,
                     "Messages refused because not finite.");
-  py::class_<Channel>(
+  BoundClass<Channel>(
       m, "CommunicationChannel",
       "A link with delay, jitter, loss and reordering, one way.")
-      .def(py::init<const P&>(), py::arg("params") = P{})
+      .def_constructor<const P&>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<Channel>)
       .def("make_state", &Channel::MakeState, py::arg("seed") = 0,
            "An empty channel. The same seed gives the same bits.")
@@ -365,10 +367,10 @@ void BindLinkMonitor(py::module_& m) {
       .def_readonly("bad_inputs", &S::bad_inputs,
                     "Messages refused: not finite or not valid.")
       .def_readonly("losses", &S::losses, "Times the link was lost.");
-  py::class_<LinkMonitor>(
+  BoundClass<LinkMonitor>(
       m, "LinkMonitor",
       "Decides which messages may be acted on, and whether the link is alive.")
-      .def(py::init<const P&>(), py::arg("params") = P{})
+      .def_constructor<const P&>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<LinkMonitor>)
       .def("make_state", &LinkMonitor::MakeState)
       .def(

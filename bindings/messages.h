@@ -35,8 +35,18 @@ inline Message MessageFromPython(const py::handle& value) {
     return ToMessage(value.cast<ForceMessage>());
   }
   if (py::isinstance<Message>(value)) return value.cast<Message>();
-  throw py::type_error("`message` expected a Message, got " +
-                       py::repr(value).cast<std::string>());
+  ThrowExpected<py::type_error>("", "message", "a Message", value);
+}
+
+/** The PoseMessage that it is, or that a Message holds; one that holds nothing
+is not valid.
+@throws TypeError if it is another. */
+inline PoseMessage PoseMessageFromPython(const py::handle& value) {
+  const Message message = MessageFromPython(value);
+  if (message.tag != PoseMessage::kTag && message.tag != Message().tag) {
+    ThrowExpected<py::type_error>("", "message", "a PoseMessage", value);
+  }
+  return FromMessage<PoseMessage>(message);
 }
 
 }  // namespace dual_proxy

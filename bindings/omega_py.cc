@@ -11,7 +11,7 @@ namespace {
 using Handle = Reading<HandleState>;
 
 void BindReading(py::module_& m) {
-  py::class_<Handle>(m, "HandleReading",
+  BoundClass<Handle>(m, "HandleReading",
                      "What was read of a haptic device, and when.")
       .def_readonly("time", &Handle::time,
                     "s, of time.monotonic(), at which the device had it")
@@ -37,7 +37,7 @@ void BindReading(py::module_& m) {
 
 void BindCounters(py::module_& m) {
   using C = HapticDeviceCounters;
-  py::class_<C>(m, "HapticDeviceCounters",
+  BoundClass<C>(m, "HapticDeviceCounters",
                 "What a haptic device's thread has counted since it was "
                 "opened.")
       .def_readonly("cycles", &C::cycles)
@@ -77,17 +77,18 @@ void BindOmega(py::module_& m) {
     const py::gil_scoped_release release;
     self.Close();
   };
-  py::class_<D>(
+  BoundClass<D>(
       m, "OmegaDevice",
       "An Omega.7, or another device of Force Dimension's, by the vendor's "
       "SDK, "
       "which is loaded\nwhen it is opened (docs/omega.md). A thread of its own "
       "serves the device; `read` and\n`write` exchange newest values with it, "
       "and return at once.")
-      .def(py::init([](const OmegaDeviceParams& params) {
-             return std::make_unique<D>(params);
-           }),
-           py::arg("params") = OmegaDeviceParams{})
+      .def_factory(
+          [](const OmegaDeviceParams& params) {
+            return std::make_unique<D>(params);
+          },
+          py::arg("params") = OmegaDeviceParams{})
       .def("open", open,
            "Finds the device and makes it ready, with no force on the hand. "
            "Raises DriverError.")

@@ -112,7 +112,7 @@ const char* OfferPrior(const Algorithm& algorithm, const py::object& normals,
 
 /** What the filter found, for the state and for the filter alike. */
 template <typename Class, typename GetState>
-void DefResult(py::class_<Class>* cls, GetState get) {
+void DefResult(BoundClass<Class>* cls, GetState get) {
   const auto def = [cls, get](const char* name, auto member, const char* doc) {
     cls->def_property_readonly(
         name, [get, member](const Class& self) { return get(self).*member; },
@@ -178,14 +178,14 @@ void BindContactHistory(py::module_& m) {
         std::to_string(self.params().capacity) +
         ", got one with capacity=" + std::to_string(state.cells.size()));
   };
-  py::class_<History>(
+  BoundClass<History>(
       m, "ContactHistory",
       "Remembers which contact normals were believed where, so that a place "
       "visited again\ngives them as a prior (section IV.C of the paper). Its "
       "state is made by make_state().\n\nA visit of a cell ends when the tool "
       "goes on to another, and gives its prior to later\nvisits, not to "
       "itself. Passing a place without contact notes and erases nothing.")
-      .def(py::init<const Params&>(), py::arg("params") = Params())
+      .def_constructor<const Params&>(py::arg("params") = Params())
       .def_property_readonly("params", &ParamsOf<History>)
       .def("make_state", &History::MakeState, "Nothing remembered.")
       .def(
@@ -200,7 +200,7 @@ void BindContactHistory(py::module_& m) {
             return EnumToString(
                 self.Update(Vec3(position, "position"), *matrix, state));
           },
-          py::arg("position"), py::arg("normals"), py::arg("state").none(false),
+          py::arg("position"), py::arg("normals"), py::arg("state"),
           "Notes what is believed here.\n\n"
           "position: p_BE, (3,), m, in B: where the tool point is.\n"
           "normals: (3, d), 0 <= d <= 8, in B, into the surface; normalised "
@@ -219,7 +219,7 @@ void BindContactHistory(py::module_& m) {
                 Vec3(force_direction, "force_direction"), state));
           },
           py::arg("position"), py::arg("force_selection"),
-          py::arg("force_direction"), py::arg("state").none(false),
+          py::arg("force_direction"), py::arg("state"),
           "As update, from what the ports of the filter say.\n\n"
           "force_selection: Omega_f, (3, 3), in B.\n"
           "force_direction: U1, (3,), in B; zero without contact.\n"
@@ -263,11 +263,11 @@ void BindForceTorqueAdapter(py::module_& m) {
       .def_readonly("tares_refused", &S::tares_refused,
                     "How often none could be though the tool was at rest.")
       .def_readonly("bad_inputs", &S::bad_inputs, "Samples refused.");
-  py::class_<ForceTorqueAdapter>(
+  BoundClass<ForceTorqueAdapter>(
       m, "ForceTorqueAdapter",
       "From what a wrist sensor measures to what the tool exerts on its "
       "environment: bias, weight\nand inertia of the tool, sign.")
-      .def(py::init<const P&>(), py::arg("params") = P())
+      .def_constructor<const P&>(py::arg("params") = P())
       .def_property_readonly("params", &ParamsOf<ForceTorqueAdapter>)
       .def("make_state", &ForceTorqueAdapter::MakeState)
       .def(
@@ -323,10 +323,10 @@ void BindPerception(py::module_& m) {
       "What the filter remembers, and its result; with its random generator.");
   DefResult(&state, [](const State& self) -> const State& { return self; });
 
-  py::class_<Algorithm>(m, "ForceSpaceParticleFilterAlgorithm",
+  BoundClass<Algorithm>(m, "ForceSpaceParticleFilterAlgorithm",
                         "The force-space particle filter without its state; "
                         "see ForceSpaceParticleFilter.")
-      .def(py::init<const Params&>(), py::arg("params") = Params())
+      .def_constructor<const Params&>(py::arg("params") = Params())
       .def_property_readonly("params", &ParamsOf<Algorithm>)
       .def("make_state", &Algorithm::MakeState, py::arg("seed") = 0,
            "Every particle at the centre. The same seed gives the same bits.")
@@ -340,28 +340,27 @@ void BindPerception(py::module_& m) {
                           contact_force, state);
           },
           py::arg("sensed_force"), py::arg("velocity"), py::arg("motion_force"),
-          py::arg("contact_force"), py::arg("state").none(false), kUpdateDoc)
+          py::arg("contact_force"), py::arg("state"), kUpdateDoc)
       .def(
           "set_prior",
           [](const Algorithm& self, const py::object& normals, State* state,
              std::optional<double> std) {
             SetPrior(self, normals, std, state);
           },
-          py::arg("normals"), py::arg("state").none(false),
-          py::arg("std") = py::none(), kPriorDoc)
-      .def("offer_prior", &OfferPrior, py::arg("normals"),
-           py::arg("state").none(false),
+          py::arg("normals"), py::arg("state"), py::arg("std") = py::none(),
+          kPriorDoc)
+      .def("offer_prior", &OfferPrior, py::arg("normals"), py::arg("state"),
            "As set_prior, but never raises: normals that it would refuse "
            "change nothing, are\ncounted in `state.bad_inputs`, and give "
            "\"bad_input\" instead of \"ok\".");
 
-  py::class_<Filter> filter(
+  BoundClass<Filter> filter(
       m, "ForceSpaceParticleFilter",
       "Estimates the contact directions at the tool from force, velocity and "
       "commands\n(section IV of the paper), together with its state.");
   filter
-      .def(py::init<const Params&, std::uint64_t>(),
-           py::arg("params") = Params(), py::arg("seed") = 0)
+      .def_constructor<const Params&, std::uint64_t>(
+          py::arg("params") = Params(), py::arg("seed") = 0)
       .def_property_readonly("params",
                              [](const Filter& self) {
                                return ReadOnlyCopy(self.algorithm.params());

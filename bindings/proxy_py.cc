@@ -19,28 +19,29 @@ void BindWorkspace(py::module_& m) {
   BindParams<P>(m, "WorkspaceMapParams",
                 "How the device's workspace lies in the robot's.")
       .Fields();
-  py::class_<WorkspaceMap>(
+  BoundClass<WorkspaceMap>(
       m, "WorkspaceMap",
       "The map between the device's and the robot's workspace, eq. (1)-(3).\n\n"
       "    x_pr = p_cw + s R_DB^T x_h        R_pr = R_DB^T R_h R_DB R_cw\n"
       "    x_ph = R_DB (x_r - p_cw) / s      R_ph = R_DB R_r R_cw^T R_DB^T\n"
       "    Omega_h = R_DB Omega R_DB^T")
-      .def(py::init<const P&>(), py::arg("params"))
-      .def(py::init([](const py::object& R_DB, const py::object& p_cw,
-                       const py::object& R_cw, double scale) {
-             P params;
-             params.R_DB = Mat3(R_DB, "R_DB");
-             params.p_cw = Vec3(p_cw, "p_cw");
-             params.R_cw = Mat3(R_cw, "R_cw");
-             params.scale = scale;
-             return WorkspaceMap(params);
-           }),
-           py::kw_only(), py::arg("R_DB") = P{}.R_DB,
-           py::arg("p_cw") = P{}.p_cw, py::arg("R_cw") = P{}.R_cw,
-           py::arg("scale") = P{}.scale,
-           "R_DB: (3, 3); p_cw: (3,), m, in B; R_cw: (3, 3); scale > 0. Raises "
-           "ValueError that names\nthe one that has another shape, is no "
-           "rotation, not finite or out of range.")
+      .def_one_factory([](const P& params) { return WorkspaceMap(params); },
+                       py::arg("params"))
+      .def_one_factory(
+          [](const py::object& R_DB, const py::object& p_cw,
+             const py::object& R_cw, double scale) {
+            P params;
+            params.R_DB = Mat3(R_DB, "R_DB");
+            params.p_cw = Vec3(p_cw, "p_cw");
+            params.R_cw = Mat3(R_cw, "R_cw");
+            params.scale = scale;
+            return WorkspaceMap(params);
+          },
+          py::kw_only(), py::arg("R_DB") = P{}.R_DB, py::arg("p_cw") = P{}.p_cw,
+          py::arg("R_cw") = P{}.R_cw, py::arg("scale") = P{}.scale,
+          "R_DB: (3, 3); p_cw: (3,), m, in B; R_cw: (3, 3); scale > 0. Raises "
+          "ValueError that names\nthe one that has another shape, is no "
+          "rotation, not finite or out of range.")
       .def_property_readonly("params", &ParamsOf<WorkspaceMap>)
       .def(
           "robot_proxy",
@@ -75,9 +76,9 @@ void BindWorkspace(py::module_& m) {
   using L = WorkspaceLimitsParams;
   BindParams<L>(m, "WorkspaceLimitsParams", "Where the robot proxy may go.")
       .Fields();
-  py::class_<WorkspaceLimits>(m, "WorkspaceLimits",
+  BoundClass<WorkspaceLimits>(m, "WorkspaceLimits",
                               "Keeps positions inside a convex workspace.")
-      .def(py::init<const L&>(), py::arg("params") = L{})
+      .def_constructor<const L&>(py::arg("params") = L{})
       .def_property_readonly("params", &ParamsOf<WorkspaceLimits>)
       .def(
           "clamp",
@@ -93,24 +94,31 @@ void BindWorkspace(py::module_& m) {
           py::arg("p"), "Whether p, (3,), m, in B, is inside.");
 }
 
+// Infinity is one that bounds nothing.
+void CheckBound(const char* who, const char* name, double value) {
+  if (!(value >= 0)) ThrowInvalidField(who, name, "a number >= 0", value);
+}
+
 void BindLimiters(py::module_& m) {
-  m.def(
-      "rate_limit",
+  Def(
+      &m, "rate_limit",
       [](const py::object& previous, const py::object& target,
          double max_step) {
+        CheckBound("rate_limit", "max_step", max_step);
         return RateLimit(Vec3(previous, "previous"), Vec3(target, "target"),
                          max_step);
       },
       py::arg("previous"), py::arg("target"), py::arg("max_step"),
-      "The vector (3,) nearest to `target` within `max_step` (norm) of "
+      "The vector (3,) nearest to `target` within `max_step` (norm, >= 0) of "
       "`previous`.");
-  m.def(
-      "saturate",
+  Def(
+      &m, "saturate",
       [](const py::object& value, double max_norm) {
+        CheckBound("saturate", "max_norm", max_norm);
         return Saturate(Vec3(value, "value"), max_norm);
       },
       py::arg("value"), py::arg("max_norm"),
-      "`value` (3,) shortened to `max_norm` if it is longer.");
+      "`value` (3,) shortened to `max_norm`, >= 0, if it is longer.");
 
   using P = TrajectoryLimiterParams;
   BindParams<P>(m, "TrajectoryLimiterParams",
@@ -129,12 +137,12 @@ void BindLimiters(py::module_& m) {
       .def_property_readonly(
           "alpha", [](const S& self) { return self.alpha; }, "(3,), rad/s^2.")
       .def_readonly("bad_inputs", &S::bad_inputs, "Targets refused.");
-  py::class_<TrajectoryLimiter>(
+  BoundClass<TrajectoryLimiter>(
       m, "TrajectoryLimiter",
       "Moves a pose towards a target that may change every tick, within limits "
       "of velocity and\nacceleration: the time-optimal way of every axis, on "
       "its own.")
-      .def(py::init<const P&>(), py::arg("params") = P{})
+      .def_constructor<const P&>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<TrajectoryLimiter>)
       .def(
           "make_state",
@@ -177,11 +185,11 @@ void BindVirtualSpring(py::module_& m) {
       .def_property_readonly(
           "selection", [](const S& self) { return self.selection; },
           "The selection of the last update, (3, 3).");
-  py::class_<VirtualSpring>(
+  BoundClass<VirtualSpring>(
       m, "VirtualSpring",
       "The spring between proxy and robot (or hand) in force space, eq. (4) "
       "and (5), saturated\nand rate-limited: F = -k Omega (x - x_p).")
-      .def(py::init<const P&>(), py::arg("params") = P{})
+      .def_constructor<const P&>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<VirtualSpring>)
       .def("make_state", &VirtualSpring::MakeState)
       .def(
@@ -235,11 +243,11 @@ void BindRobotSideProxy(py::module_& m) {
       .def_readonly("initialized", &S::initialized,
                     "Whether a robot pose has been seen.")
       .def_readonly("bad_inputs", &S::bad_inputs, "Ticks refused.");
-  py::class_<RobotSideProxy>(
+  BoundClass<RobotSideProxy>(
       m, "RobotSideProxy",
       "The robot side of the dual proxy: turns the device's delayed poses into "
       "motion errors and\nreference forces, eq. (4).")
-      .def(py::init<const P&>(), py::arg("params") = P{})
+      .def_constructor<const P&>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<RobotSideProxy>)
       .def("make_state", &RobotSideProxy::MakeState)
       .def(
@@ -251,8 +259,7 @@ void BindRobotSideProxy(py::module_& m) {
              const py::object& sensed_wrench, S& state, bool sensor_ready) {
             RobotSideProxyInput input;
             input.sensor_ready = sensor_ready;
-            input.message =
-                FromMessage<PoseMessage>(MessageFromPython(message));
+            input.message = PoseMessageFromPython(message);
             input.X_BE = {Vec3(robot_position, "robot_position"),
                           Mat3(robot_rotation, "robot_rotation")};
             input.force_selection = Mat3(force_selection, "force_selection");
@@ -305,10 +312,10 @@ void BindHapticSideProxy(py::module_& m) {
           "link", [](const S& self) { return self.link; },
           "LinkMonitorState. A copy.")
       .def_readonly("bad_inputs", &S::bad_inputs, "Ticks refused.");
-  py::class_<HapticSideProxy>(
+  BoundClass<HapticSideProxy>(
       m, "HapticSideProxy",
       "The haptic side of the dual proxy: what the hand is to feel, eq. (5).")
-      .def(py::init<const P&>(), py::arg("params") = P{})
+      .def_constructor<const P&>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<HapticSideProxy>)
       .def_property_readonly("stiffness", &HapticSideProxy::stiffness,
                              "k_vir_h in use, N/m.")
@@ -319,7 +326,7 @@ void BindHapticSideProxy(py::module_& m) {
              const py::object& message, const py::object& device_position,
              const py::object& device_rotation, S& state) {
             self.Update(time,
-                        {FromMessage<PoseMessage>(MessageFromPython(message)),
+                        {PoseMessageFromPython(message),
                          {Vec3(device_position, "device_position"),
                           Mat3(device_rotation, "device_rotation")}},
                         &state);

@@ -47,10 +47,10 @@ void BindWindowMean(py::module_& m) {
       .def_readonly("bad_inputs", &S::bad_inputs, "samples refused");
 
   using M = WindowMean<3>;
-  py::class_<M>(m, "WindowMean",
+  BoundClass<M>(m, "WindowMean",
                 "Mean of a 3-vector over the current window [k T, (k + 1) T): "
                 "what a process that\nruns every T takes.")
-      .def(py::init<double>(), py::arg("window"), "window: T, s, > 0.")
+      .def_constructor<double>(py::arg("window"), "window: T, s, in (0, 1e11].")
       .def_property_readonly("window", &M::window, "s")
       .def("make_state", &M::MakeState)
       .def(
@@ -65,22 +65,23 @@ void BindWindowMean(py::module_& m) {
 
 void BindPlanner(py::module_& m) {
   using R = PlannerReference;
-  py::class_<R>(m, "PlannerReference",
+  BoundClass<R>(m, "PlannerReference",
                 "What a planner on the robot's side asks for in one cycle.")
-      .def(py::init([](const py::object& selection, const py::object& position,
-                       const py::object& velocity, const py::object& force) {
-             return R{.selection = Mat3(selection, "selection"),
-                      .position = Vec3(position, "position"),
-                      .velocity = Vec3(velocity, "velocity"),
-                      .force = Vec3(force, "force")};
-           }),
-           py::kw_only(), py::arg("selection") = R{}.selection,
-           py::arg("position") = R{}.position,
-           py::arg("velocity") = R{}.velocity, py::arg("force") = R{}.force,
-           "selection: (3, 3), Omega_p, the projection onto the directions "
-           "that the planner owns;\nposition: (3,), m, and velocity: (3,), "
-           "m/s, of the tool point; force: (3,), N, on the\nenvironment; all "
-           "in B.")
+      .def_factory(
+          [](const py::object& selection, const py::object& position,
+             const py::object& velocity, const py::object& force) {
+            return R{.selection = Mat3(selection, "selection"),
+                     .position = Vec3(position, "position"),
+                     .velocity = Vec3(velocity, "velocity"),
+                     .force = Vec3(force, "force")};
+          },
+          py::kw_only(), py::arg("selection") = R{}.selection,
+          py::arg("position") = R{}.position,
+          py::arg("velocity") = R{}.velocity, py::arg("force") = R{}.force,
+          "selection: (3, 3), Omega_p, the projection onto the directions "
+          "that the planner owns;\nposition: (3,), m, and velocity: (3,), "
+          "m/s, of the tool point; force: (3,), N, on the\nenvironment; all "
+          "in B.")
       .def_readonly("selection", &R::selection, kCopy, "(3, 3)")
       .def_readonly("position", &R::position, kCopy, "(3,), m")
       .def_readonly("velocity", &R::velocity, kCopy, "(3,), m/s")
@@ -217,9 +218,8 @@ void BindRobotSide(py::module_& m) {
       [](const py::object& reference) -> std::optional<PlannerReference> {
     if (reference.is_none()) return std::nullopt;
     if (!py::isinstance<PlannerReference>(reference)) {
-      throw py::type_error(
-          "`planner_reference` expected PlannerReference or None, got " +
-          py::repr(reference).cast<std::string>());
+      ThrowExpected<py::type_error>("", "planner_reference",
+                                    "PlannerReference or None", reference);
     }
     return reference.cast<PlannerReference>();
   };
@@ -227,11 +227,11 @@ void BindRobotSide(py::module_& m) {
     if (torque.is_none()) return std::nullopt;
     return AsFixed<Vector7>(torque, "received_torque");
   };
-  py::class_<RobotSide<SerialArm<7>>>(
+  BoundClass<RobotSide<SerialArm<7>>>(
       m, "RobotSide",
       "All of the robot side's work in one control cycle: "
       "the scheme's half, controller, perception.")
-      .def(py::init<P>(), py::arg("params") = P{})
+      .def_constructor<P>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<RobotSide<SerialArm<7>>>)
       .def("make_state", &RobotSide<SerialArm<7>>::MakeState,
            py::arg("seed") = 0, py::arg("angular_seed") = 1,
@@ -390,10 +390,10 @@ void BindHapticSide(py::module_& m) {
           },
           "whether the handle is on its way home");
 
-  py::class_<HapticSide>(m, "HapticSide",
+  BoundClass<HapticSide>(m, "HapticSide",
                          "All of the haptic side's work in one control cycle: "
                          "the scheme's half and the device's controller.")
-      .def(py::init<P>(), py::arg("params") = P{})
+      .def_constructor<P>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<HapticSide>)
       .def("make_state", &HapticSide::MakeState)
       .def_property_readonly(

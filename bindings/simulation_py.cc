@@ -79,27 +79,30 @@ void BindOperator(py::module_& m) {
       .Field("gripper", &Params::gripper,
              "[time, opening] each, s, m: of the device's gripper from then "
              "on");
-  py::class_<OperatorPath>(
+  BoundClass<OperatorPath>(
       m, "OperatorPath",
       "What the simulated operator intends: a path through given points at "
       "given times,\nat rest before the first and after the last.")
-      .def(py::init<const Params&>(), py::arg("params") = Params())
-      .def(py::init([](const py::object& times, const py::object& points,
-                       const py::object& interpolation,
-                       const std::optional<py::object>& rotations) {
-             return OperatorPath(
-                 {.times = Times(times),
-                  .points = Columns(points, "points"),
-                  .interpolation = EnumFromPython<PathInterpolation>(
-                      interpolation, "interpolation"),
-                  .rotations = rotations ? Columns(*rotations, "rotations")
-                                         : Eigen::Matrix3Xd(3, 0)});
-           }),
-           py::arg("times"), py::arg("points"),
-           py::arg("interpolation") = "minimum_jerk",
-           py::arg("rotations") = py::none(),
-           "times: (n,), s. points: (3, n), m. rotations: (3, n), rad, or "
-           "(3, 0) for none.")
+      .def_one_factory(
+          [](const Params& params) { return OperatorPath(params); },
+          py::arg("params") = Params())
+      .def_one_factory(
+          [](const py::object& times, const py::object& points,
+             const py::object& interpolation, const py::object& rotations) {
+            return OperatorPath(
+                {.times = Times(times),
+                 .points = Columns(points, "points"),
+                 .interpolation = EnumFromPython<PathInterpolation>(
+                     interpolation, "interpolation"),
+                 .rotations = rotations.is_none()
+                                  ? Eigen::Matrix3Xd(3, 0)
+                                  : Columns(rotations, "rotations")});
+          },
+          py::arg("times"), py::arg("points"),
+          py::arg("interpolation") = "minimum_jerk",
+          py::arg("rotations") = py::none(),
+          "times: (n,), s. points: (3, n), m. rotations: (3, n), rad, or "
+          "(3, 0) for none.")
       .def_property_readonly("params", &ParamsOf<OperatorPath>)
       .def(
           "calc",
@@ -150,10 +153,10 @@ void BindHapticDevice(py::module_& m) {
           "(3,), N, in D: of the handle on the hand, as a sensor there reads.")
       .def_readonly("bad_inputs", &State::bad_inputs,
                     "Updates with an intention or a wrench not usable.");
-  py::class_<SimulatedHapticDevice>(
+  BoundClass<SimulatedHapticDevice>(
       m, "SimulatedHapticDevice",
       "A simulated haptic device in a simulated hand that pulls it along.")
-      .def(py::init<const Params&>(), py::arg("params") = Params())
+      .def_constructor<const Params&>(py::arg("params") = Params())
       .def_property_readonly("params", &ParamsOf<SimulatedHapticDevice>)
       .def(
           "make_state",
@@ -179,7 +182,7 @@ void BindHapticDevice(py::module_& m) {
           },
           py::arg("intended_position"), py::arg("intended_rotation"),
           py::arg("intended_velocity"), py::arg("device_wrench"),
-          py::arg("state").none(false),
+          py::arg("state"),
           "Advances by one period.\n\n"
           "intended_position: (3,), m, in D. intended_rotation: R_DH, (3, 3).\n"
           "intended_velocity: (3,), m/s, in D.\n"
@@ -217,11 +220,11 @@ void BindForceTorqueSensor(py::module_& m) {
           "tares_refused",
           [](const State& self) { return self.adapter.tares_refused; },
           "Times at rest that gave no bias.");
-  py::class_<ForceTorqueSensor>(
+  BoundClass<ForceTorqueSensor>(
       m, "ForceTorqueSensor",
       "A simulated six-axis force/torque sensor between arm and tool, and the "
       "adapter behind it.")
-      .def(py::init<const Params&>(), py::arg("params") = Params())
+      .def_constructor<const Params&>(py::arg("params") = Params())
       .def_property_readonly("params", &ParamsOf<ForceTorqueSensor>)
       .def("make_state", &ForceTorqueSensor::MakeState, py::arg("seed") = 0,
            "The same seed gives the same noise.")
@@ -258,7 +261,7 @@ void BindContact(py::module_& m) {
   BindParams<SurfaceParams>(m, "ContactSurfaceParams",
                             "Parameters of ContactSurface.")
       .Fields();
-  py::class_<SurfaceContact>(m, "SurfaceContact",
+  BoundClass<SurfaceContact>(m, "SurfaceContact",
                              "A tool's contact with one surface.")
       .def_readonly("penetration", &SurfaceContact::penetration,
                     "m: depth of the tool; negative is the distance.")
@@ -269,11 +272,11 @@ void BindContact(py::module_& m) {
       .def_property_readonly(
           "force", [](const SurfaceContact& self) { return self.force; },
           "(3,), N, in B: robot on surface.");
-  py::class_<ContactSurface>(
+  BoundClass<ContactSurface>(
       m, "ContactSurface",
       "An analytic surface that a spherical tool touches, with friction.")
-      .def(py::init<const SurfaceParams&>(),
-           py::arg("params") = SurfaceParams())
+      .def_constructor<const SurfaceParams&>(py::arg("params") =
+                                                 SurfaceParams())
       .def_property_readonly("params", &ParamsOf<ContactSurface>)
       .def(
           "calc",
@@ -289,7 +292,7 @@ void BindContact(py::module_& m) {
   BindParams<SceneParams>(m, "ContactSceneParams",
                           "Parameters of ContactScene.")
       .Fields();
-  py::class_<SceneContact>(m, "SceneContact",
+  BoundClass<SceneContact>(m, "SceneContact",
                            "A tool's contact with a scene: the truth.")
       .def_property_readonly(
           "force", [](const SceneContact& self) { return self.force; },
@@ -345,9 +348,9 @@ void BindContact(py::module_& m) {
       .def("to_vector", &ContactTruth::ToVector,
            "(14,): force 3, normal 3, dimension 1, axis of free motion 3; "
            "moment dimension 1,\naxis of free rotation 3.");
-  py::class_<ContactScene>(m, "ContactScene",
+  BoundClass<ContactScene>(m, "ContactScene",
                            "A few surfaces and the tool that touches them.")
-      .def(py::init<const SceneParams&>(), py::arg("params") = SceneParams())
+      .def_constructor<const SceneParams&>(py::arg("params") = SceneParams())
       .def_property_readonly("params", &ParamsOf<ContactScene>)
       .def(
           "calc",
@@ -377,11 +380,10 @@ void BindPointRobot(py::module_& m) {
           "SceneContact at this position and velocity.")
       .def_readonly("bad_inputs", &State::bad_inputs,
                     "Updates with a force that was not finite.");
-  py::class_<PointRobot>(m, "PointRobot",
+  BoundClass<PointRobot>(m, "PointRobot",
                          "A mass without gravity that touches a ContactScene.")
-      .def(py::init<const Params&, const ContactSceneParams&>(),
-           py::arg("params") = Params(),
-           py::arg("scene") = ContactSceneParams())
+      .def_constructor<const Params&, const ContactSceneParams&>(
+          py::arg("params") = Params(), py::arg("scene") = ContactSceneParams())
       .def_property_readonly("params", &ParamsOf<PointRobot>)
       .def_property_readonly(
           "scene",
@@ -398,7 +400,7 @@ void BindPointRobot(py::module_& m) {
              State* state) {
             self.Update(Vec3(control_force, "control_force"), state);
           },
-          py::arg("control_force"), py::arg("state").none(false),
+          py::arg("control_force"), py::arg("state"),
           "Advances by one period under a force, (3,), N, in B.");
 }
 
@@ -457,16 +459,16 @@ void BindSimulatedArm(py::module_& m) {
           "arm on the\ntool, in the last step.")
       .def_readonly("bad_inputs", &State::bad_inputs,
                     "Updates with a torque that was not finite.");
-  py::class_<SimulatedArm<7>>(
+  BoundClass<SimulatedArm<7>>(
       m, "SimulatedArm",
       "An arm that torques and gravity move and that touches surfaces with its "
       "tool.")
-      .def(py::init<const Params&, const ArmModelParams<7>&,
-                    const ContactSceneParams&>(),
-           py::arg("params"), py::arg("arm"),
-           py::arg("scene") = ContactSceneParams(),
-           "arm: with the tool as a part of its last link. scene: its "
-           "tool_radius is that\nof every ball.")
+      .def_constructor<const Params&, const ArmModelParams<7>&,
+                       const ContactSceneParams&>(
+          py::arg("params"), py::arg("arm"),
+          py::arg("scene") = ContactSceneParams(),
+          "arm: with the tool as a part of its last link. scene: its "
+          "tool_radius is that\nof every ball.")
       .def_property_readonly("params", &ParamsOf<SimulatedArm<7>>)
       .def_property_readonly(
           "arm",
@@ -490,7 +492,7 @@ void BindSimulatedArm(py::module_& m) {
              State* state) {
             self.Update(AsFixed<Vector7>(torque, "torque"), state);
           },
-          py::arg("torque"), py::arg("state").none(false),
+          py::arg("torque"), py::arg("state"),
           "Advances by one period under joint torques, (7,), N m.");
 }
 

@@ -37,7 +37,7 @@ void BindWireFormat(py::module_& m) {
   BindState<F>(m, "LinkFrame",
                "What two processes exchange: a message, and what its receiver "
                "needs to trust it\n(docs/link.md).")
-      .def(py::init<>())
+      .def_constructor<>()
       .def_property(
           "direction",
           [](const F& self) { return EnumToString(self.direction); },
@@ -73,12 +73,12 @@ void BindWireFormat(py::module_& m) {
   m.attr("LinkFrame").attr("CLUTCH") = kLinkClutch;
   m.attr("LinkFrame").attr("HOLDING") = kLinkHolding;
   m.attr("LinkFrame").attr("FAULT") = kLinkFault;
-  m.def(
-      "encode_frame",
+  Def(
+      &m, "encode_frame",
       [](const F& frame) { return AsBytes(EncodeFrame(frame)); },
       py::arg("frame"), "The bytes of a LinkFrame, whatever is in it.");
-  m.def(
-      "decode_frame",
+  Def(
+      &m, "decode_frame",
       [](const py::bytes& data, const py::object& direction) {
         F frame;
         const WireError error = DecodeFrame(
@@ -93,8 +93,8 @@ void BindWireFormat(py::module_& m) {
       py::arg("data"), py::arg("direction"),
       "The LinkFrame that came in a direction.\nRaises ValueError for bytes "
       "that are none, saying why.");
-  m.def(
-      "describe_wire_error",
+  Def(
+      &m, "describe_wire_error",
       [](const py::object& name) {
         return DescribeWireError(EnumFromPython<WireError>(name, "name"));
       },
@@ -116,10 +116,10 @@ void BindClockOffset(py::module_& m) {
       .def_readonly("bad_inputs", &S::bad_inputs, "Round trips refused.")
       .def_property_readonly("trusted", &ClockOffset::IsTrusted,
                              "Whether `offset` can be relied on.");
-  py::class_<ClockOffset>(
+  BoundClass<ClockOffset>(
       m, "ClockOffset",
       "Estimates by how much a peer's clock is ahead, from round trips.")
-      .def(py::init<const P&>(), py::arg("params") = P{})
+      .def_constructor<const P&>(py::arg("params") = P{})
       .def_property_readonly("params", &ParamsOf<ClockOffset>)
       .def("make_state", &ClockOffset::MakeState)
       .def(
@@ -174,19 +174,20 @@ void BindLinkEnd(py::module_& m) {
           "reasons for people.")
       .def_readonly("bad_inputs", &S::bad_inputs,
                     "Calls with a time that is not finite.");
-  py::class_<LinkEnd>(
+  BoundClass<LinkEnd>(
       m, "LinkEnd",
       "One end of a link between two processes: frames of a side's messages, "
       "and of what comes only\nthe frames of one live sender, each once, in "
       "order, with times by this end's clock.")
-      .def(py::init([](const py::object& sends,
-                       const LinkMonitorParams& monitor, const P& params) {
-             return LinkEnd(EnumFromPython<LinkDirection>(sends, "sends"),
-                            monitor, params);
-           }),
-           py::arg("sends"), py::arg("monitor") = LinkMonitorParams{},
-           py::arg("params") = P{},
-           "`sends` is \"to_robot\" or \"to_haptic\"; `monitor` the side's.")
+      .def_factory(
+          [](const py::object& sends, const LinkMonitorParams& monitor,
+             const P& params) {
+            return LinkEnd(EnumFromPython<LinkDirection>(sends, "sends"),
+                           monitor, params);
+          },
+          py::arg("sends"), py::arg("monitor") = LinkMonitorParams{},
+          py::arg("params") = P{},
+          "`sends` is \"to_robot\" or \"to_haptic\"; `monitor` the side's.")
       .def_property_readonly("params", &ParamsOf<LinkEnd>)
       .def("make_state", &LinkEnd::MakeState, py::arg("session"),
            "`session`: random, 64 bits, another one at each start.")

@@ -183,7 +183,7 @@ def change_scenario(
                 f"Scenario, got {scenario!r}"
             )
         scenario = load_scenario(scenario)
-    changes = dict(overrides or {})
+    changes: dict[str, Any] = {}
     for key, value in (
         ("scheme", scheme),
         ("link.delay", delay),
@@ -193,7 +193,11 @@ def change_scenario(
     ):
         if value is not None:
             changes[key] = value
-    return scenario.with_overrides(changes)
+    if overrides is None:
+        overrides = {}
+    if isinstance(overrides, Mapping):
+        overrides = {**overrides, **changes}
+    return scenario.with_overrides(overrides)
 
 
 def choose_engine(engine: str, scenario: Scenario) -> str:

@@ -163,7 +163,16 @@ class Scenario(_core.Scenario):
             Dotted keys below the scenario's name, e.g. `{"link.delay": 0.15}`.
             `scheme` and `law` bring their presets; the other keys win over any
             preset. `duration` turns `extend_for_delay` off.
+
+        Raises
+        ------
+        ScenarioError
+            If a key or a value is wrong, or `overrides` is no mapping.
         """
+        if not isinstance(overrides, Mapping):
+            raise ScenarioError(
+                f"overrides: expected a mapping of dotted keys, got {overrides!r:.200}"
+            )
         mapping = self.to_mapping()
         explicit = mapping.pop("overrides", {})
         _merge(mapping, self._displaced)

@@ -129,13 +129,18 @@ def test_bools_and_strings_of_numpy_are_those_of_python():
         ("mass", "a number", [True, np.True_, "1", b"1", None, 1j, np.array([1.0])]),
         ("mass", "a number", [np.complex64(1), np.timedelta64(1, "s")]),
         ("substeps", "an integer", [True, np.True_, "1", 1.0, np.float32(1.5)]),
-        ("substeps", "an integer", [2**40, np.timedelta64(1, "s"), np.array([1])]),
+        ("substeps", "an integer", [np.timedelta64(1, "s"), np.array([1])]),
     ],
 )
 def test_what_is_no_number_is_refused(field, expected, values):
     for value in values:
         with pytest.raises(TypeError, match=f"field `{field}` expected {expected}"):
             dp.PointRobotParams(**{field: value})
+
+
+def test_an_integer_of_too_many_bits_is_out_of_range():
+    with pytest.raises(ValueError, match=r"`substeps` expected .* 2147483647\], got 1"):
+        dp.PointRobotParams(substeps=2**40)
 
 
 def test_what_is_no_number_is_refused_in_overrides():

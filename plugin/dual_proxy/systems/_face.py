@@ -19,6 +19,7 @@ from pydrake.systems.framework import EventStatus, LeafSystem, ValueProducer
 
 from dual_proxy import _core
 from dual_proxy.native import NativeTwin
+from dual_proxy.panda import PandaModel
 
 Vector = NDArray[np.float64]
 
@@ -90,7 +91,7 @@ class Face(NativeTwin, LeafSystem):
                 "pose": lambda context: _pair(port.Eval(context)),
                 "message": port.Eval,
                 "normals": port.Eval,
-                "reaction": lambda context: _reaction(port.Eval(context)[info.joint]),
+                "reaction": lambda context: self._reaction(port.Eval(context), info),
             }[info.type]
         if info.after_start:
             return lambda context: read(context) if context.get_time() > 0 else None
@@ -98,14 +99,25 @@ class Face(NativeTwin, LeafSystem):
             return read
         return lambda context: read(context) if port.HasValue(context) else None
 
+    def _reaction(self, forces: Any, info: _core._Port) -> tuple[Vector, Vector]:
+        if info.joint >= len(forces):
+            raise IndexError(
+                f"{self._who()}: `sensor_joint` expected an index of {len(forces)} "
+                f"joints of the plant, got {info.joint}"
+            )
+        force = forces[info.joint]
+        return force.translational(), force.rotational()
+
+    def _who(self) -> str:
+        return self.get_name() or type(self).__name__
+
     def _step(self, context: Context, memory: Any, arrays: list[Any]) -> Any:
         """Returns the memory after a step."""
         values = [read(context) for read in self._readers]
         try:
             return self._block.step(context.get_time(), memory, values, arrays)
         except TypeError as error:
-            who = self.get_name() or type(self).__name__
-            raise TypeError(f"{who}: {error}") from None
+            raise TypeError(f"{self._who()}: {error}") from None
 
     # Steps.
 
@@ -233,10 +245,6 @@ def _pair(X: Any) -> tuple[Vector, Vector]:
     return X.translation(), X.rotation().matrix()
 
 
-def _reaction(force: Any) -> tuple[Vector, Vector]:
-    return force.translational(), force.rotational()
-
-
 def rigid_transform(p: Any, R: Any) -> RigidTransform:
     """Returns a pose as Drake's type with the very same numbers: never raises.
 
@@ -244,6 +252,16 @@ def rigid_transform(p: Any, R: Any) -> RigidTransform:
     algorithms do, and what is no pose stays none: whoever acts on it refuses it.
     """
     return RigidTransform(RotationMatrix(R), p)
+
+
+# Parameters.
+
+
+def arm_of(model: PandaModel) -> _core.ArmModelParams:
+    """Return the arm of what is, or is to be, a model."""
+    if not isinstance(model, PandaModel):
+        raise TypeError(f"`model` expected PandaModel, got {model!r:.200}")
+    return model.arm_params
 
 
 # Documentation.

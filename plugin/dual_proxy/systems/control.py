@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dual_proxy import _core
 from dual_proxy.panda import PandaModel
-from dual_proxy.systems._face import Face
+from dual_proxy.systems._face import Face, arm_of
 
 
 class ArmKinematics(Face):
@@ -21,7 +21,9 @@ class ArmKinematics(Face):
     """
 
     def __init__(self, model: PandaModel | None = None) -> None:
-        super().__init__(_core._make_ArmKinematics((model or PandaModel()).arm_params))
+        super().__init__(
+            _core._make_ArmKinematics(arm_of(PandaModel() if model is None else model))
+        )
 
 
 class OperationalSpaceController(Face):
@@ -45,8 +47,8 @@ class OperationalSpaceController(Face):
     ) -> None:
         super().__init__(
             _core._make_OperationalSpaceController(
-                params or _core.OperationalSpaceControllerParams(),
-                (model or PandaModel()).arm_params,
+                _core.OperationalSpaceControllerParams() if params is None else params,
+                arm_of(PandaModel() if model is None else model),
             )
         )
 
@@ -66,5 +68,7 @@ class HapticController(Face):
 
     def __init__(self, params: _core.HapticControllerParams | None = None) -> None:
         super().__init__(
-            _core._make_HapticController(params or _core.HapticControllerParams())
+            _core._make_HapticController(
+                _core.HapticControllerParams() if params is None else params
+            )
         )

@@ -21,7 +21,11 @@ class PoseSender(Face):
     """
 
     def __init__(self, params: _core.PoseSenderParams | None = None) -> None:
-        super().__init__(_core._make_PoseSender(params or _core.PoseSenderParams()))
+        super().__init__(
+            _core._make_PoseSender(
+                _core.PoseSenderParams() if params is None else params
+            )
+        )
 
 
 class CommunicationChannel(Face):
@@ -42,8 +46,8 @@ class CommunicationChannel(Face):
     ----------
     params : CommunicationChannelParams, delay and its disturbances.
     seed : of jitter and loss.
-    rate : Hz, > 0, how often the input is looked at: the sender's rate.
-    period : s, > 0, of the two sides' steps.
+    rate : Hz, in (0, 1/period], how often the input is looked at: the sender's rate.
+    period : s, in (0, 1e11], of the two sides' steps.
     message : PoseMessage(), ForceMessage() or a Message, of the kind that is
         carried.
     counted : whether there is the port `counters`.
@@ -68,7 +72,7 @@ class CommunicationChannel(Face):
                 "CommunicationChannel: `message` expected PoseMessage(), "
                 f"ForceMessage() or a Message, got {message!r}"
             )
-        params = params or _core.CommunicationChannelParams()
+        params = _core.CommunicationChannelParams() if params is None else params
         super().__init__(
             _core._make_CommunicationChannel(params, seed, rate, period, counted, tag)
         )

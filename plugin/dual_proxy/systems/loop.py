@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from dual_proxy import _core
 from dual_proxy.panda import PandaModel
-from dual_proxy.systems._face import Face
+from dual_proxy.systems._face import Face, arm_of
 
 
 class TeleopLoop(Face):
@@ -41,7 +41,5 @@ class TeleopLoop(Face):
         q_start: ArrayLike | None = None,
     ) -> None:
         super().__init__(
-            _core._make_TeleopLoop(
-                scenario, model.arm_params, int(sensor_joint), q_start
-            )
+            _core._make_TeleopLoop(scenario, arm_of(model), sensor_joint, q_start)
         )

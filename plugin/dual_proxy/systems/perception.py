@@ -27,7 +27,7 @@ class ForceSpaceParticleFilter(Face):
         params: _core.ForceSpaceParticleFilterParams | None = None,
         seed: int = 0,
     ) -> None:
-        params = params or _core.ForceSpaceParticleFilterParams()
+        params = _core.ForceSpaceParticleFilterParams() if params is None else params
         super().__init__(_core._make_ForceSpaceParticleFilter(params, seed))
 
 
@@ -48,7 +48,9 @@ class ContactHistory(Face):
 
     def __init__(self, params: _core.ContactHistoryParams | None = None) -> None:
         super().__init__(
-            _core._make_ContactHistory(params or _core.ContactHistoryParams())
+            _core._make_ContactHistory(
+                _core.ContactHistoryParams() if params is None else params
+            )
         )
 
 
@@ -64,8 +66,8 @@ class WindowMean(Face):
 
     Parameters
     ----------
-    window : s, > 0.
-    period : s, > 0, between samples.
+    window : s, in (0, 1e11].
+    period : s, in (0, 1e11], between samples.
     """
 
     def __init__(self, window: float = 1 / 15, period: float = 0.001) -> None:

@@ -35,7 +35,9 @@ class RobotSideProxy(Face):
 
     def __init__(self, params: _core.RobotSideProxyParams | None = None) -> None:
         super().__init__(
-            _core._make_RobotSideProxy(params or _core.RobotSideProxyParams())
+            _core._make_RobotSideProxy(
+                _core.RobotSideProxyParams() if params is None else params
+            )
         )
 
 
@@ -54,5 +56,7 @@ class HapticSideProxy(Face):
 
     def __init__(self, params: _core.HapticSideProxyParams | None = None) -> None:
         super().__init__(
-            _core._make_HapticSideProxy(params or _core.HapticSideProxyParams())
+            _core._make_HapticSideProxy(
+                _core.HapticSideProxyParams() if params is None else params
+            )
         )

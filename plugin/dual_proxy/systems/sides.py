@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from dual_proxy import _core
 from dual_proxy.panda import PandaModel
-from dual_proxy.systems._face import Face
+from dual_proxy.systems._face import Face, arm_of
 
 
 class RobotSide(Face):
@@ -54,8 +54,8 @@ class RobotSide(Face):
     ) -> None:
         super().__init__(
             _core._make_RobotSide(
-                params or _core.RobotSideParams(),
-                (model or PandaModel()).arm_params,
+                _core.RobotSideParams() if params is None else params,
+                arm_of(PandaModel() if model is None else model),
                 q_start,
                 sensor,
                 p_SE,
@@ -94,5 +94,5 @@ class HapticSide(Face):
         device: _core.SimulatedHapticDeviceParams | None = None,
         path: _core.OperatorPath | None = None,
     ) -> None:
-        params = params or _core.HapticSideParams()
+        params = _core.HapticSideParams() if params is None else params
         super().__init__(_core._make_HapticSide(params, device, path))

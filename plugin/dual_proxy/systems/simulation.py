@@ -32,7 +32,7 @@ class ForceTorqueSensor(Face):
         p_SE: ArrayLike = (0.0, 0.0, 0.0),
         seed: int = 0,
     ) -> None:
-        params = params or _core.ForceTorqueSensorParams()
+        params = _core.ForceTorqueSensorParams() if params is None else params
         super().__init__(_core._make_ForceTorqueSensor(params, p_SE, seed))
 
 
@@ -47,11 +47,12 @@ class SensorReaction(Face):
 
     Parameters
     ----------
-    sensor_joint : `PandaScene.sensor_joint`.
+    sensor_joint : `PandaScene.sensor_joint`, >= 0; one that the plant has not is
+        an error where its forces are read.
     """
 
     def __init__(self, sensor_joint: int) -> None:
-        super().__init__(_core._make_SensorReaction(int(sensor_joint)))
+        super().__init__(_core._make_SensorReaction(sensor_joint))
 
 
 class SimulatedHapticDevice(Face):
@@ -73,5 +74,5 @@ class SimulatedHapticDevice(Face):
         path: _core.OperatorPath,
         params: _core.SimulatedHapticDeviceParams | None = None,
     ) -> None:
-        params = params or _core.SimulatedHapticDeviceParams()
+        params = _core.SimulatedHapticDeviceParams() if params is None else params
         super().__init__(_core._make_SimulatedHapticDevice(path, params))
