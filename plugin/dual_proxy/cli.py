@@ -896,6 +896,13 @@ def _setting(text: str) -> tuple[str, Any]:
     return key.strip(), parse_yaml(value, f"--set {text}")
 
 
+def _make_directory(directory: Path) -> None:
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ScenarioError(f"--out {_describe(error)}") from None
+
+
 def _print_progress(now: float, end: float) -> None:
     width = 30
     done = round(width * now / end)

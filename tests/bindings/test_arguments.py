@@ -79,14 +79,17 @@ def algorithms():
 
 @pytest.mark.parametrize("cls", dict(algorithms()).values(), ids=dict(algorithms()))
 def test_every_class_says_which_parameters_it_takes(cls):
+    others = {
+        dp.SimulatedArm: {"arm": dp.ArmModelParams()},
+        dp.LinkEnd: {"sends": "to_robot"},
+        systems.SimulatedHapticDevice: {"path": dp.OperatorPath([0], np.zeros((3, 1)))},
+    }.get(cls, {})
     for value in (3, "x", dp.GuidanceParams()):
-        arguments = [dp.ArmModelParams()] if cls is dp.SimulatedArm else []
-        if cls is systems.SimulatedHapticDevice:
-            arguments = {"path": dp.OperatorPath([0], np.zeros((3, 1)))}
-            call = lambda: cls(params=value, **arguments)  # noqa: B023, E731
-        else:
-            call = lambda: cls(value, *arguments)  # noqa: B023, E731
-        require_line(call, TypeError, r"`params` expected \w+Params, got ")
+        require_line(
+            lambda value=value: cls(params=value, **others),
+            TypeError,
+            r"`params` expected \w+Params, got ",
+        )
 
 
 @pytest.mark.parametrize(
@@ -165,6 +168,16 @@ def test_every_class_says_which_parameters_it_takes(cls):
             lambda: dp.HapticSide().signals(dp.RobotSide().make_state()),
             TypeError,
             "`state` expected HapticSideState, got <",
+        ),
+        (
+            lambda: dp.decode_frame("text", "to_robot"),
+            TypeError,
+            "`data` expected bytes, got 'text'",
+        ),
+        (
+            lambda: setattr(dp.LinkFrame(), "session", -1),
+            ValueError,
+            r"`session` expected an integer in \[0, \d+\], got -1",
         ),
         (
             lambda: setattr(dp.Message(), "sequence", "x"),
