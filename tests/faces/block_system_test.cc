@@ -2,6 +2,7 @@
 #include "dual_proxy/faces/block_system.h"
 
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -172,6 +173,23 @@ TEST(BlockSystemTest, APoseHasTheVerySameNumbersWhateverTheyAre) {
 TEST(BlockSystemTest, ErrorsOfTheAlgorithmsNameWhatIsWrong) {
   EXPECT_TRUE(Names(ErrorOf([] { CommunicationChannelSystem({}, 0, 0); }),
                     {"CommunicationChannel", "rate"}));
+}
+
+TEST(BlockSystemTest, AJointThatThePlantHasNotIsNamed) {
+  const SensorReactionSystem dut(1000);
+  auto context = dut.CreateDefaultContext();
+  FixInputs(dut, 1, context.get());
+  context->SetTime(0.1);
+  try {
+    EvalAll(dut, *context);
+    FAIL();
+  } catch (const std::out_of_range& error) {
+    EXPECT_NE(std::string(error.what())
+                  .find("`sensor_joint` expected an index of 1 joints of the "
+                        "plant, got 1000"),
+              std::string::npos)
+        << error.what();
+  }
 }
 
 }  // namespace

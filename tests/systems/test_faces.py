@@ -34,7 +34,9 @@ from face_table import (
     sensor_params,
     spoiled,
 )
+from pydrake.common.value import Value
 from pydrake.math import RigidTransform
+from pydrake.multibody.math import SpatialForce
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem, PortDataType
 from pydrake.systems.primitives import ConstantVectorSource
@@ -574,7 +576,7 @@ def controller_with_limit(limit):
         ),
         (
             lambda: systems.ForceTorqueSensor(p_SE=[0.0, math.nan, 0.0]),
-            ["ForceTorqueSensor", "p_SE", "finite"],
+            ["ForceTorqueSensor", "p_SE[1]", "[-1000, 1000], got nan"],
         ),
         (
             lambda: systems.RobotSide(q_start=np.zeros(6)),
@@ -588,7 +590,7 @@ def controller_with_limit(limit):
             lambda: systems.RobotSide(
                 sensor=sensor_params(), p_SE=[0.0, math.nan, 0.0]
             ),
-            ["RobotSide", "p_SE", "finite"],
+            ["RobotSide", "p_SE[1]", "[-1000, 1000], got nan"],
         ),
         (
             lambda: systems.HapticSide(device=device_params()),
@@ -609,6 +611,19 @@ def test_errors_name_what_is_wrong(make, names):
     pattern = ".*".join(re.escape(name) for name in names)
     with pytest.raises(ValueError, match=pattern):
         make()
+
+
+def test_a_joint_that_the_plant_has_not_is_named():
+    face = systems.SensorReaction(1000)
+    context = face.CreateDefaultContext()
+    forces = [SpatialForce(np.zeros(3), np.zeros(3))] * 2
+    face.GetInputPort("reaction_forces").FixValue(
+        context, Value[list[SpatialForce]](forces)
+    )
+    context.SetTime(0.1)
+    pattern = "`sensor_joint` expected an index of 2 joints of the plant, got 1000"
+    with pytest.raises(IndexError, match=pattern):
+        face.GetOutputPort("reaction").Eval(context)
 
 
 def test_wrong_size_at_a_port():

@@ -80,22 +80,23 @@ def check_page(
         raise ScenarioError("--page: expected the whole benchmark, got --quick")
     try:
         text = page.read_text("utf-8")
-        if not os.access(page, os.W_OK):
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(page))
-        try_folder(page.resolve().parent, [page.name])
-        folder = page_image(page, "").parent
-        if folder.exists():
-            try_folder(folder, images)
     except UnicodeDecodeError:
         raise ScenarioError(f"--page {page}: expected text in UTF-8") from None
     except OSError as error:
-        raise ScenarioError(
-            f"--page {error.filename or page}: {error.strerror}"
-        ) from None
+        raise ScenarioError(f"--page {page}: {error.strerror}") from None
     for script in scripts:
         mark = _MARK.format(script)
         if mark not in text:
             raise ScenarioError(f"--page {page}: expected a line {mark.strip()!r}")
+    try:
+        if not os.access(page, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(page))
+        try_folder(page.resolve().parent, [])
+        folder = page_image(page, "image").parent
+        if folder.exists():
+            try_folder(folder, images)
+    except OSError as error:
+        raise ScenarioError(f"--page {error.filename}: {error.strerror}") from None
 
 
 def machine() -> dict[str, Any]:
