@@ -36,12 +36,17 @@ RobotCycleState RobotCycle::MakeState(std::uint64_t seed,
 void RobotCycle::Restart(RobotCycleState* state, std::uint64_t seed,
                          std::uint64_t angular_seed) const {
   state->side = side_.MakeState(seed, angular_seed);
+  state->first_sequence = state->newest_message.sequence + 1;
+  state->stale_sequence = state->seen_sequence;
 }
 
 void RobotCycle::Update(double time, const RobotCycleInput& input,
                         RobotCycleState* state) const noexcept {
   RobotSideInput<SerialArm<7>> side;
-  side.message = input.message;
+  state->seen_sequence = input.message.sequence;
+  if (input.message.sequence != state->stale_sequence) {
+    side.message = input.message;
+  }
   side.q = input.q;
   side.v = input.v;
   side.hold = input.hold;
@@ -63,6 +68,12 @@ void RobotCycle::Update(double time, const RobotCycleInput& input,
   side.sensor_ready = state->sensor.ready;
   side.sensor_age = time - state->sensor_time;
   side_.Update(time, side, &state->side);
+
+  const Message& message = state->side.half.output().message;
+  if (message.sequence >= 0) {
+    state->newest_message = message;
+    state->newest_message.sequence += state->first_sequence;
+  }
 }
 
 }  // namespace dual_proxy

@@ -48,11 +48,17 @@ struct RobotCycleState {
   /** s: of the last reading that was taken. */
   double sensor_time{-std::numeric_limits<double>::infinity()};
   Pose X_BE;  ///< Of the tool point, in this cycle.
+  /** What message() gives, and the number of the first since a restart. */
+  Message newest_message{};
+  std::int64_t first_sequence{0};
+  /** Of the newest message that came, and of that before a restart. */
+  std::int64_t seen_sequence{-1};
+  std::int64_t stale_sequence{-1};
 
   /** N m, for the arm. */
   const Vector7& torque() const { return side.output.controller.torque; }
   /** For the haptic side. */
-  const Message& message() const { return side.half.output().message; }
+  const Message& message() const { return newest_message; }
 };
 
 /** All that a process which has a real arm does in a period, but for reading
@@ -78,8 +84,10 @@ class RobotCycle {
   RobotCycleState MakeState(std::uint64_t seed = 0,
                             std::uint64_t angular_seed = 1) const;
 
-  /** As after a start, but that the sensor's bias stays known: the arm has been
-  stopped, and may be somewhere else. Allocates. */
+  /** As after a start, but that the sensor's bias stays known and messages go
+  on counting: the arm has been stopped, and may be somewhere else. The message
+  that came last counts no more: where the hand was then, it need not be now.
+  Allocates. */
   void Restart(RobotCycleState* state, std::uint64_t seed = 0,
                std::uint64_t angular_seed = 1) const;
 

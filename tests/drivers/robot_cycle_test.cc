@@ -112,6 +112,29 @@ TEST_F(RobotCycleTest, RestartsWhereTheArmIsAndKnowsTheBias) {
   EXPECT_LT(state_.torque().cwiseAbs().maxCoeff(), 3);  // Its posture's.
 }
 
+// Or the haptic side would take what comes after a restart for old.
+TEST_F(RobotCycleTest, MessagesGoOnCountingAfterARestart) {
+  EXPECT_EQ(state_.message().sequence, -1);
+  Run(100);
+  const std::int64_t last = state_.message().sequence;
+  EXPECT_GT(last, 2);
+  dut_.Restart(&state_);
+  EXPECT_EQ(state_.message().sequence, last);
+  Run(100);
+  EXPECT_GT(state_.message().sequence, last + 2);
+  EXPECT_LT(state_.message().sequence, 2 * last + 3);
+}
+
+TEST_F(RobotCycleTest, AMessageFromBeforeARestartIsNotFollowed) {
+  Run(700);
+  dut_.Restart(&state_);
+  for (int i = 0; i < 10; ++i) Step();
+  EXPECT_EQ(state_.side.output.hold, HoldReason::kNoLink);
+  Send({0.02, 0, 0});
+  Step();
+  EXPECT_EQ(state_.side.output.hold, HoldReason::kNone);
+}
+
 TEST_F(RobotCycleTest, DoesNotAllocate) {
   Run(600);
   const ScopedNoAlloc guard;
