@@ -5,11 +5,9 @@ namespace dual_proxy {
 
 RobotSideParams<SerialArm<7>> MakeHardwareDefaults(
     RobotSideParams<SerialArm<7>> side) {
-  constexpr double kGain = 0.5;
   constexpr int kDelay = 3;  // Periods.
   OperationalSpaceControllerParams<7>& controller = side.controller;
-  controller.force_gain = kGain;
-  controller.moment_gain = kGain;
+  controller.force_gain = 0.5;
   controller.force_passivity.actuation_delay = kDelay;
   controller.moment_passivity.actuation_delay = kDelay;
   controller.acceleration_feed_forward = false;

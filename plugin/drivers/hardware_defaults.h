@@ -9,9 +9,9 @@ namespace dual_proxy {
 /** `side`, a simulation's or the defaults, with what a Panda or FR3 at the end
 of a cable needs otherwise:
 
-- force_gain and moment_gain 0.5, as a torque acts two to three periods after it
-  was computed: 2.5 chatters on what is stiff (tests/drivers/
-  hardware_stability_test.cc prints the grid);
+- force_gain 0.5, as a torque acts two to three periods after it was computed:
+  with 2.5 the tool bounces on 100 kN/m (tests/drivers/
+  hardware_stability_test.cc prints the grid; moments are steady as they are);
 - actuation_delay 3, likewise;
 - no acceleration fed forward, which drives torques into the limit of their
   rate;

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// How a force loop whose torques act late holds a contact: RobotCycle with the
+// hardware's defaults, in lockstep with a simulated arm. Prints the grid.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "dual_proxy/drivers/hardware_defaults.h"
+#include "dual_proxy/drivers/robot_cycle.h"
+#include "dual_proxy/link/message.h"
+#include "dual_proxy/simulation/simulated_arm.h"
+#include "test_arm.h"
+
+namespace dual_proxy {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kPeriod = 0.001;
+constexpr double kToolRadius = 0.01;
+constexpr double kGap = 0.002;    // m: from where the tool starts.
+constexpr double kPress = 0.012;  // m: 6 N at 500 N/m.
+constexpr int kTareSteps = 100;
+constexpr int kSettleSteps = 1200;
+constexpr int kSteps = 1700;
+constexpr double kSteady = 0.2;  // N: largest AC.
+
+const Vector3d kSensorToTool{0, 0, 0.1};
+
+RobotCycleParams MakeParams(double force_gain) {
+  RobotCycleParams params;
+  params.model = MakeTestArm();
+  params.side.controller.q_rest = kTestArmAtRest;
+  params.side.proxy.map.scale = 1;
+  params.side.perception.filter.period = 0.01;
+  params.side = MakeHardwareDefaults(params.side);
+  params.side.controller.force_gain = force_gain;
+  params.sensor.tool_mass = 0.5;
+  params.sensor.tool_com = Vector3d(0, 0, 0.05);
+  params.sensor.tare = true;
+  params.sensor.tare_time = 0.05;
+  params.p_SE = kSensorToTool;
+  return params;
+}
+
+struct Contact {
+  double mean{0};  // N
+  double ac{0};    // N: standard deviation.
+};
+
+/** @param delay  periods from computing a torque to its acting. */
+Contact Press(const RobotCycle& cycle, int delay, double stiffness) {
+  SimulatedArmParams params;
+  params.time_step = kPeriod / 4;
+  params.p_SE = kSensorToTool;
+  params.tool_mass = 0.5;
+  params.tool_com = Vector3d(0, 0, 0.05);
+  const Pose start =
+      SimulatedArm<7>({}, MakeTestArm()).MakeState(kTestArmAtRest).X_BE;
+  ContactSurfaceParams table;
+  table.position = start.p - Vector3d(0, 0, kGap + kToolRadius);
+  table.stiffness = stiffness;
+  table.dissipation = 2;
+  const SimulatedArm<7> arm(params, MakeTestArm(),
+                            {.surfaces = {table}, .tool_radius = kToolRadius});
+  SimulatedArmState<7> plant = arm.MakeState(kTestArmAtRest);
+  // At rest, but for the first step's reaction.
+  arm.Update(-plant.terms.gravity, &plant);
+
+  RobotCycleState state = cycle.MakeState();
+  RobotCycleInput input;
+  input.received_torque = Vector7::Zero();
+  std::deque<Vector7> late(static_cast<std::size_t>(delay), Vector7::Zero());
+  std::vector<double> forces;
+  for (int i = 0; i < kSteps; ++i) {
+    const double time = kPeriod * i;
+    if (i % 20 == 0) {
+      const double share = std::clamp((i - kTareSteps) / 200.0, 0.0, 1.0);
+      input.message = ToMessage(
+          PoseMessage{.sequence = i / 20,
+                      .send_time = time,
+                      .pose = {.p = Vector3d(0, 0, -share * (kGap + kPress))}});
+    }
+    input.q = plant.q;
+    input.v = plant.v;
+    input.sensor = {.time = time, .valid = true, .value = plant.reaction};
+    cycle.Update(time, input, &state);
+    input.received_torque = state.torque();
+    late.push_back(state.torque());
+    arm.Update(late.front() - plant.terms.gravity, &plant);
+    late.pop_front();
+    if (i >= kSettleSteps) forces.push_back(-plant.truth.force().z());
+  }
+  const Eigen::Map<Eigen::ArrayXd> all(forces.data(), std::ssize(forces));
+  return {.mean = all.mean(),
+          .ac = std::sqrt((all - all.mean()).square().mean())};
+}
+
+TEST(HardwareStabilityTest, DefaultsAreSteadyUpToThreePeriodsAnd100kNm) {
+  const double gains[] = {0.25, 0.5, 1, 2.5};
+  const double stiffnesses[] = {1e4, 3e4, 1e5, 3e5};
+  const double hardware = MakeHardwareDefaults().controller.force_gain;
+  std::printf("AC of the contact's force, N (mean %g N wanted)\n",
+              500 * kPress);
+  for (const double gain : gains) {
+    const RobotCycle cycle(MakeParams(gain));
+    std::printf(
+        "force_gain %g\n  kN/m  delay: 0      1      2      3      4"
+        "      5      6 periods\n",
+        gain);
+    for (const double stiffness : stiffnesses) {
+      std::printf("%6g      ", stiffness / 1000);
+      for (int delay = 0; delay <= 6; ++delay) {
+        const Contact contact = Press(cycle, delay, stiffness);
+        std::printf(" %6.3f", contact.ac);
+        if (gain == hardware && delay <= 3 && stiffness <= 1e5) {
+          EXPECT_LT(contact.ac, kSteady) << delay << " " << stiffness;
+          EXPECT_NEAR(contact.mean, 500 * kPress, 0.5)
+              << delay << " " << stiffness;
+        }
+        // Simulations' own gain, where the hardware's is steady.
+        if (gain == 2.5 && delay == 3 && stiffness == 1e5) {
+          EXPECT_GT(contact.ac, kSteady);
+        }
+      }
+      std::printf("\n");
+    }
+  }
+}
+
+TEST(HardwareDefaultsTest, ChangeWhatIsOfHardwareAlone) {
+  RobotSideParams<SerialArm<7>> side;
+  side.proxy.max_force = 7;
+  const RobotSideParams<SerialArm<7>> dut = MakeHardwareDefaults(side);
+  EXPECT_EQ(dut.proxy.max_force, 7);
+  EXPECT_EQ(dut.controller.moment_gain, side.controller.moment_gain);
+  EXPECT_EQ(dut.controller.force_gain, 0.5);
+  EXPECT_EQ(dut.controller.force_passivity.actuation_delay, 3);
+  EXPECT_EQ(dut.controller.moment_passivity.actuation_delay, 3);
+  EXPECT_FALSE(dut.controller.acceleration_feed_forward);
+  EXPECT_TRUE(dut.controller.feed_forward);
+  EXPECT_FALSE(dut.controller.gravity_compensation);
+  EXPECT_TRUE(dut.proxy.reclutch);
+}
+
+TEST(HardwareDefaultsTest, AreValidForEveryScheme) {
+  for (const auto& [scheme, name] : EnumStrings<Scheme>::kValues) {
+    RobotSideParams<SerialArm<7>> side;
+    side.scheme = scheme;
+    const RobotSideParams<SerialArm<7>> dut = MakeHardwareDefaults(side);
+    EXPECT_NO_THROW(dut.Validate()) << name;
+    EXPECT_EQ(dut.proxy.reclutch, Reclutches(scheme)) << name;
+  }
+}
+
+}  // namespace
+}  // namespace dual_proxy
