@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "dual_proxy/drivers/driver.h"
+#include "dual_proxy/drivers/hardware_defaults.h"
 #include "dual_proxy/drivers/robot_cycle.h"
 #include "messages.h"
 #include "params.h"
@@ -108,6 +109,13 @@ void BindRobotCycle(py::module_& m) {
 void BindDrivers(py::module_& m) {
   py::register_exception<DriverError>(m, "DriverError", PyExc_RuntimeError)
       .doc() = "What went wrong with hardware, in one line.";
+  m.def("make_hardware_defaults", &MakeHardwareDefaults, py::arg("side"),
+        "A copy of `side`, RobotSideParams of a simulation, with what a Panda "
+        "or FR3 at the end of a cable\nneeds otherwise: force_gain 0.5, as a "
+        "torque acts two to three periods late, and actuation_delay 3;\nno "
+        "acceleration fed forward; no gravity compensation, which the arm adds "
+        "itself; a robot that never\ntravels to where the hand is "
+        "(proxy.reclutch), if its scheme can.");
   BindRobotCycle(m);
   BindOmega(m);
   BindFtSensor(m);
