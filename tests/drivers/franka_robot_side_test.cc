@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -272,6 +273,8 @@ TEST_F(FrankaRobotSideTest, RecoversFromAStallInContactWithoutTravel) {
   const FrankaStatus& status = side_->GetStatus();
   EXPECT_EQ(status.reflexes, 1);
   EXPECT_EQ(status.recoveries, 1);
+  EXPECT_EQ(side_->reflex(),
+            "motion aborted by reflex! [communication_constraints_violation]");
   EXPECT_EQ(status.tares, 1);  // The bias stays known.
   EXPECT_EQ(arm_.controls, 2);
   EXPECT_LT(travel, 2e-3);
@@ -413,6 +416,26 @@ TEST_F(FrankaRobotSideTest, StopBrakesBeforeItEnds) {
   EXPECT_GT(speed, 0.1);
   EXPECT_LT(arm_.state().v.cwiseAbs().maxCoeff(), 0.01);
   EXPECT_GT(side_->GetStatus().cycles, 1550);
+  EXPECT_EQ(side_->fault(), "");
+}
+
+// Which decides nothing in time: the arm's is simulated, and fast.
+TEST_F(FrankaRobotSideTest, AnotherThreadTalksToIt) {
+  Make();
+  arm_.on_cycle = [](std::int64_t) { std::this_thread::yield(); };
+  std::thread robot(
+      [this] { side_->Run([](const std::string&) { return true; }); });
+  std::int64_t running = 0;
+  while (running < 100) {
+    const FrankaStatus& status = side_->GetStatus();
+    side_->SetMessage(ToMessage(
+        PoseMessage{.sequence = ++sequence_, .send_time = status.time}));
+    if (status.phase == FrankaPhase::kRunning) ++running;
+    EXPECT_LE(side_->statistics().Quantile(0.5), 1e-4);
+  }
+  side_->Stop();
+  robot.join();
+  EXPECT_EQ(side_->GetStatus().phase, FrankaPhase::kStopped);
   EXPECT_EQ(side_->fault(), "");
 }
 

@@ -50,12 +50,17 @@ FrankaCycle::FrankaCycle(const FrankaRobotSideParams& params,
 }
 
 std::string FrankaCycle::fault() const {
-  const std::lock_guard lock(fault_mutex_);
+  const std::lock_guard lock(text_mutex_);
   return fault_;
 }
 
+std::string FrankaCycle::reflex() const {
+  const std::lock_guard lock(text_mutex_);
+  return reflex_;
+}
+
 void FrankaCycle::SetFault(const std::string& fault) {
-  const std::lock_guard lock(fault_mutex_);
+  const std::lock_guard lock(text_mutex_);
   fault_ = fault;
 }
 
@@ -90,7 +95,11 @@ void FrankaCycle::SetPhase(FrankaPhase phase) noexcept {
   statuses_.Set(status_);
 }
 
-void FrankaCycle::NoteReflex() noexcept {
+void FrankaCycle::NoteReflex(const std::string& reflex) {
+  {
+    const std::lock_guard lock(text_mutex_);
+    reflex_ = reflex;
+  }
   ++status_.reflexes;
   SetPhase(FrankaPhase::kReflex);
 }

@@ -131,6 +131,8 @@ class FrankaCycle {
 
   /** What ended the run, in one line; empty: nothing, or Stop(). */
   std::string fault() const;
+  /** What the arm said when it stopped by itself last; empty: it has not. */
+  std::string reflex() const;
 
  protected:
   ~FrankaCycle() = default;
@@ -153,7 +155,7 @@ class FrankaCycle {
   std::string refusal() const;
 
   void SetPhase(FrankaPhase phase) noexcept;
-  void NoteReflex() noexcept;
+  void NoteReflex(const std::string& reflex);
   void NoteRecovery() noexcept;
   void SetFault(const std::string& fault);
 
@@ -176,8 +178,9 @@ class FrankaCycle {
   CycleStatistics statistics_;
   std::atomic<bool> hold_{false};
   std::atomic<bool> stop_{false};
-  mutable std::mutex fault_mutex_;
+  mutable std::mutex text_mutex_;  // Of these, which no cycle touches.
   std::string fault_;
+  std::string reflex_;
 
   RobotCycleState state_;
   RobotCycleInput input_;

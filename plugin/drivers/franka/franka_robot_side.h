@@ -148,8 +148,8 @@ class FrankaRobotSide final : public FrankaCycle {
             },
             false, Api::kMaxCutoffFrequency);
         break;
-      } catch (const typename Api::ControlException&) {
-        NoteReflex();
+      } catch (const typename Api::ControlException& e) {
+        NoteReflex(e.what());
         if (now() - last_reflex > params().recovery_time) in_row = 0;
         last_reflex = now();
         const bool reclutches = cycle().params().side.proxy.reclutch;

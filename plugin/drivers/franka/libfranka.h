@@ -12,8 +12,8 @@
 
 namespace dual_proxy {
 
-/** libfranka, for FrankaRobotSide. Only where CMake finds libfranka: target
-dual_proxy_franka. */
+/** libfranka, for FrankaRobotSide. Whoever includes this links Franka::Franka,
+as find_package(Franka) gives it. */
 struct Libfranka {
   using Robot = franka::Robot;
   using RobotState = franka::RobotState;
