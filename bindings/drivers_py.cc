@@ -111,11 +111,12 @@ void BindDrivers(py::module_& m) {
       .doc() = "What went wrong with hardware, in one line.";
   m.def("make_hardware_defaults", &MakeHardwareDefaults, py::arg("side"),
         "A copy of `side`, RobotSideParams of a simulation, with what a Panda "
-        "or FR3 at the end of a cable\nneeds otherwise: force_gain 0.5, as a "
-        "torque acts two to three periods late, and actuation_delay 3;\nno "
-        "acceleration fed forward; no gravity compensation, which the arm adds "
-        "itself; a robot that never\ntravels to where the hand is "
-        "(proxy.reclutch), if its scheme can.");
+        "or FR3 at the end of a cable\nneeds otherwise: force_gain and "
+        "moment_gain at most 0.5, as a torque acts two to three periods "
+        "late,\nand actuation_delay 3; no acceleration fed forward; no gravity "
+        "compensation, which the arm adds\nitself; a robot that never travels "
+        "to where the hand is (proxy.reclutch), so that a scheme whose\nrobot "
+        "has to is not valid.");
   BindRobotCycle(m);
   BindOmega(m);
   BindFtSensor(m);

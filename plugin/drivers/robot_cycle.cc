@@ -65,7 +65,7 @@ void RobotCycle::Update(double time, const RobotCycleInput& input,
                     &state->sensor);
   }
   side.sensed_wrench = state->sensor.wrench;
-  side.sensor_ready = state->sensor.ready;
+  side.sensor_ready = state->sensor.ready && !input.distrust_sensor;
   side.sensor_age = time - state->sensor_time;
   side_.Update(time, side, &state->side);
 

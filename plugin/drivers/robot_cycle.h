@@ -39,6 +39,9 @@ struct RobotCycleInput {
   Reading<Vector6> sensor{};
   bool hold{false};  ///< Somebody asks the robot to hold its place.
   bool tare{false};  ///< The sensor's bias is to be learned anew.
+  /** The sensor is read, but not to be relied on yet: the robot holds its place
+  as a spring does, whatever pushes it. */
+  bool distrust_sensor{false};
 };
 
 /** Memory of RobotCycle, and its results. */

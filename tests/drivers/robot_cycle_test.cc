@@ -135,6 +135,19 @@ TEST_F(RobotCycleTest, AMessageFromBeforeARestartIsNotFollowed) {
   EXPECT_EQ(state_.side.output.hold, HoldReason::kNone);
 }
 
+TEST_F(RobotCycleTest, ASensorThatIsDistrustedIsReadAndNotUsed) {
+  input_.distrust_sensor = true;
+  Run(700);
+  EXPECT_EQ(state_.side.output.hold, HoldReason::kNoSensor);
+  EXPECT_EQ(state_.sensor.tares, 1);
+  input_.sensor.value(2) += 4;
+  Step();
+  EXPECT_NEAR(state_.sensor.wrench(2), -4, 1e-9);
+  input_.distrust_sensor = false;
+  Run(1);
+  EXPECT_EQ(state_.side.output.hold, HoldReason::kNone);
+}
+
 TEST_F(RobotCycleTest, DoesNotAllocate) {
   Run(600);
   const ScopedNoAlloc guard;

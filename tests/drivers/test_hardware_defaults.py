@@ -15,6 +15,7 @@ def test_a_copy_is_changed():
     assert side == before
     controller = hardware.controller
     assert controller.force_gain == 0.5
+    assert controller.moment_gain == 0.5
     assert controller.force_passivity.actuation_delay == 3
     assert not controller.gravity_compensation
     assert not controller.acceleration_feed_forward

@@ -121,6 +121,7 @@ FrankaCommand FrankaCycle::Update(const FrankaReading& reading) noexcept {
   input_.message = messages_.Get();
   input_.sensor = sensor_->Read();
   input_.hold = hold_ || stopping || !push_passed_;
+  input_.distrust_sensor = !push_passed_;
   cycle_.Update(start, input_, &state_);
 
   FrankaCommand command{.torque = state_.torque()};

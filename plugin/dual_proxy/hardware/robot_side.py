@@ -25,6 +25,7 @@ from dual_proxy._core import (
     PoseMessage,
     RobotCycle,
     RobotSideParams,
+    make_hardware_defaults,
 )
 from dual_proxy.hardware.arms import Arm, ArmFault, ArmReading
 from dual_proxy.hardware.events import CycleTimes, Events
@@ -76,19 +77,7 @@ def hardware_side_params(scenario: Scenario) -> RobotSideParams:
     torques' rate is not spent on accelerations fed forward; and it never travels to
     where the hand is.
     """
-    params = scenario.robot_side_params()
-    controller = params.controller
-    controller.force_gain = min(controller.force_gain, 0.5)
-    controller.moment_gain = min(controller.moment_gain, 0.5)
-    controller.acceleration_feed_forward = False
-    controller.gravity_compensation = False
-    for passivity in (controller.force_passivity, controller.moment_passivity):
-        passivity.actuation_delay = 3
-    params.controller = controller
-    proxy = params.proxy
-    proxy.reclutch = True
-    params.proxy = proxy
-    return params
+    return make_hardware_defaults(scenario.robot_side_params())
 
 
 def make_cycle(
