@@ -568,8 +568,25 @@ def _add_stress(commands: Any) -> None:
     add = command.add_argument
     add("--quick", action="store_true", help="a slice, in seconds, without maps")
     add("--cases", type=int, metavar="N", help="how many")
-    add("--first", type=int, default=0, metavar="N", help="number of the first one")
-    add("--case", type=int, metavar="N", help="that one alone, and what it needs")
+    add("--first", type=int, metavar="N", help="number of the first one (default: 0)")
+    add(
+        "--case",
+        type=int,
+        metavar="N",
+        help="that one alone, and what it needs to fail; with --out DIR its scenario "
+        "is saved there",
+    )
+    add(
+        "--only",
+        type=_names,
+        metavar="A,...",
+        help="of the case's factors; or nothing: none of them",
+    )
+    add(
+        "--engine",
+        choices=("bare", "drake"),
+        help="in which the case is run (default: bare)",
+    )
     add("--page", type=Path, metavar="MD", help="page to be filled")
     _add_many(command, "out/stress")
 
@@ -578,31 +595,50 @@ def _stress(options: argparse.Namespace) -> int:
     # Here, as it draws: other commands need not wait for that.
     from dual_proxy.stress.command import FULL, QUICK, explain, stress
 
+    of_many = ("quick", "cases", "first", "page", "cluster")
+    of_one = ("only", "engine")
+    for name in of_one if options.case is None else of_many:
+        if getattr(options, name) not in (None, False):
+            with_or_without = "with" if options.case is None else "without"
+            raise ScenarioError(f"--{name}: expected {with_or_without} --case")
     if options.case is not None:
-        print(explain(options.case, options.jobs))
-        return 0
+        text, wrong = explain(
+            options.case,
+            options.jobs,
+            options.only,
+            options.engine or "bare",
+            options.out,
+        )
+        print(text)
+        return _fail(f"case {options.case}: {wrong}", _RUN_FAILED) if wrong else 0
     plan = QUICK if options.quick else FULL
     if options.cases is not None:
         plan = plan._replace(cases=options.cases)
     out = options.out or Path("out/stress")
-    tables, failures = stress(
+    report = stress(
         plan,
-        options.first,
+        options.first or 0,
         out,
         options.jobs,
         options.page,
         cluster=options.cluster,
     )
-    for name, table in tables.items():
+    for name, table in report.tables.items():
         print(f"{name}\n\n{table}\n")
     print(f"saved: {out / 'stress.json'}")
-    if failures:
-        return _fail(
+    problems = []
+    if failures := report.failures:
+        problems.append(
             f"{len(failures)} cases failed, the first number "
-            f"{failures[0].case.number}: {failures[0].wrong}",
-            _RUN_FAILED,
+            f"{failures[0].case.number}: {failures[0].wrong}"
         )
-    return 0
+    if report.not_made:
+        page = f", and {options.page} is as it was" if options.page else ""
+        problems.append(
+            f"{len(report.not_made)} runs could not be made, the first "
+            f"{report.not_made[0]} (the same command makes them{page})"
+        )
+    return _fail("; ".join(problems), _RUN_FAILED) if problems else 0
 
 
 def _add_keys(commands: Any) -> None:

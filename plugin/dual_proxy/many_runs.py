@@ -10,6 +10,7 @@ kept: it is tried again the next time.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import importlib.metadata
@@ -58,6 +59,13 @@ _PURPOSE = "purpose.txt"
 # Sides of a link, and their status without it.
 _SIDES = ("robot", "haptic")
 _LOST = 2
+# A run whose process dies is made again, once.
+_TRIES = 2
+# s: after so long without workers a cluster's user is told, and it is given up.
+_TELL = 3.0
+_GIVE_UP = 30.0
+# s, between two looks at what has ended there.
+_LOOK = 0.1
 
 
 class Job(NamedTuple):
@@ -86,6 +94,9 @@ class Result:
     """The exit status that `dual-proxy run` has: 0 done, 2 the scenario cannot be
     run, 3 the run failed."""
     series_path: Path | None = None
+    not_made: bool = False
+    """Whether nothing is known of the run, as what was to make it ended, or had no
+    memory or disk; `failure` says so."""
 
     def series(self) -> Series:
         """Read what figures are drawn from, in float32; without it nothing.
@@ -126,6 +137,7 @@ class RunsFolder:
         self.runs = self.path / "runs"
         try:
             self._check_others(purpose)
+            self._made = [p for p in (self.runs, self.path) if not p.exists()]
             self.runs.mkdir(parents=True, exist_ok=True)
             self._handle = hold_folder(self.runs)
         except OSError as error:
@@ -212,6 +224,16 @@ class RunsFolder:
         traceback: TracebackType | None,
     ) -> None:
         os.close(self._handle)
+        if kind is not None and self._made:
+            self._remove_if_empty()
+
+    def _remove_if_empty(self) -> None:
+        """Take away the folders that were made, if nothing came of them."""
+        with contextlib.suppress(OSError):
+            if [file.name for file in self.runs.iterdir()] == [_PURPOSE]:
+                (self.runs / _PURPOSE).unlink()
+                for path in self._made:
+                    path.rmdir()
 
 
 def count_workers(jobs: int | None = None) -> int:
@@ -257,7 +279,8 @@ def run_many(
     Returns
     -------
     list of Result
-        Of each job; whatever happens to one, the others are there.
+        Of each job; whatever happens to one, the others are there. What a process
+        had when it died is made once more; if that dies, too, it is `not_made`.
 
     Raises
     ------
@@ -267,7 +290,8 @@ def run_many(
     OSError
         If something cannot be kept.
     ScenarioError
-        If the cluster does not answer, or dask.distributed is not installed.
+        If the cluster does not answer or has no workers for 30 s, or
+        dask.distributed is not installed.
     """
     say = progress or functools.partial(print, file=sys.stderr, flush=True)
     keys = [_key(job) for job in jobs]
@@ -283,7 +307,7 @@ def run_many(
         say(f"{len(results)} of {total} runs are there already")
     if todo:
         try:
-            with _make_pool(workers, len(todo), cluster) as pool:
+            with _make_pool(workers, len(todo), cluster, say) as pool:
                 for key, (result, series, wall_s) in pool.run(todo):
                     if folder is not None and result.metrics is not None:
                         result = folder.save(todo[key], key, result, series)
@@ -392,30 +416,31 @@ class _Workers:
             yield futures.pop(future), future.result()
 
     def _wait(self, job: Job) -> _Done:
-        """In a thread: have its process make a run."""
-        worker: _Worker | None = getattr(self._local, "worker", None)
-        began = clock.monotonic()
-        if worker is None:
-            with self._lock:
-                if self._stopped:
-                    return Result(None, "not begun", _RUN_FAILED), {}, 0.0
-                worker = self._local.worker = _Worker()
-                self._workers.add(worker)
-        try:
-            result, series = worker.work(job)
-        except (EOFError, OSError):
-            with self._lock:
-                self._workers.remove(worker)
-            self._local.worker = None
-            why = f"the process of the run ended with exit code {worker.close()}"
-            result, series = Result(None, why, _RUN_FAILED), {}
-        return result, series, clock.monotonic() - began
+        """In a thread: have its process make a run, or, if that dies, another."""
+        why = ""
+        for _ in range(_TRIES):
+            worker: _Worker | None = getattr(self._local, "worker", None)
+            began = clock.monotonic()
+            if worker is None:
+                with self._lock:
+                    if self._stopped:
+                        return _not_made("not begun"), {}, 0.0
+                    worker = self._local.worker = _Worker()
+                    self._workers.add(worker)
+            try:
+                return (*worker.work(job), clock.monotonic() - began)
+            except (EOFError, OSError):
+                with self._lock:
+                    self._workers.remove(worker)
+                self._local.worker = None
+                why = f"the process of the run ended with exit code {worker.close()}"
+        return _not_made(f"{why}, {_TRIES} times"), {}, clock.monotonic() - began
 
 
 class _Cluster:
     """Workers of a dask.distributed cluster."""
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, say: Callable[[str], None]) -> None:
         try:
             import distributed
         except ImportError:
@@ -428,6 +453,8 @@ class _Cluster:
         except (OSError, ValueError) as error:
             raise ScenarioError(f"cluster {address}: {one_line(error)}") from None
         self._as_completed = distributed.as_completed
+        self._address = address
+        self._say = say
 
     def __enter__(self) -> _Cluster:
         return self
@@ -436,26 +463,56 @@ class _Cluster:
         self._client.close()
 
     def run(self, jobs: Mapping[str, Job]) -> Iterator[tuple[str, _Done]]:
-        """Yield key and result of each job as soon as it is there."""
+        """Yield key and result of each job as soon as it is there.
+
+        Raises
+        ------
+        ScenarioError
+            If there are no workers for a while.
+        """
         futures = {
             self._client.submit(_timed_work, job, key=key, pure=False): key
             for key, job in jobs.items()
         }
-        for future in self._as_completed(futures):
-            try:
-                done: _Done = future.result()
-            except Exception as error:
-                text = f"the cluster: {type(error).__name__}: {one_line(error)}"
-                done = (Result(None, text, _RUN_FAILED), {}, 0.0)
-            yield futures.pop(future), done
+        ended = self._as_completed(futures)
+        seen = clock.monotonic()
+        told = False
+        while futures:
+            batch = ended.next_batch(block=False)
+            for future in batch:
+                try:
+                    done: _Done = future.result()
+                except Exception as error:
+                    text = f"the cluster: {type(error).__name__}: {one_line(error)}"
+                    done = (_not_made(text), {}, 0.0)
+                yield futures.pop(future), done
+            if not batch:
+                clock.sleep(_LOOK)
+            now = clock.monotonic()
+            if batch or self._client.scheduler_info()["workers"]:
+                seen, told = now, False
+            elif now - seen > _GIVE_UP:
+                raise ScenarioError(
+                    f"cluster {self._address}: no workers for {_GIVE_UP:g} s"
+                )
+            elif now - seen > _TELL and not told:
+                told = True
+                self._say(f"cluster {self._address}: no workers; waiting for one")
 
 
 def _make_pool(
-    workers: int | None, jobs: int, cluster: str | None
+    workers: int | None,
+    jobs: int,
+    cluster: str | None,
+    say: Callable[[str], None],
 ) -> _Workers | _Cluster:
     if cluster is not None:
-        return _Cluster(cluster)
+        return _Cluster(cluster, say)
     return _Workers(min(count_workers(workers), jobs))
+
+
+def _not_made(why: str) -> Result:
+    return Result(None, f"not made: {why}", _RUN_FAILED, not_made=True)
 
 
 def _timed_work(job: Job) -> _Done:
@@ -491,6 +548,8 @@ def _work(job: Job) -> tuple[Result, Series]:
         return Result(None, one_line(error), _BAD_INPUT), {}
     except RunError as error:
         return Result(None, one_line(error), _RUN_FAILED), {}
+    except (MemoryError, OSError) as error:
+        return _not_made(f"{type(error).__name__}: {one_line(error)}"), {}
     except Exception as error:
         text = f"{type(error).__name__}: {one_line(error)}"
         return Result(None, text, _RUN_FAILED), {}

@@ -12,9 +12,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// What may be over a limit, relative to it, from rounding alone.
-constexpr double kTolerance = 1e-6;
-
 /** The largest element of a table; NaN does not count. */
 struct Worst {
   Index row{0};
@@ -39,7 +36,7 @@ Worst FindWorst(const Eigen::MatrixBase<Derived>& table) {
 bool HasEveryPeriod(const RunLog& log, double control_period) {
   const Index n = log.time.size() - 1;
   const auto steps = log.time.tail(n) - log.time.head(n);
-  return (steps.array() <= control_period * (1 + kTolerance)).all();
+  return (steps.array() <= control_period * (1 + kLimitTolerance)).all();
 }
 
 /** Collects checks of one log. */
@@ -59,7 +56,7 @@ class Checks {
     const Worst worst = FindWorst(shares.matrix());
     const double size = sizes(worst.row, worst.column);
     Add(name, metric, sizes.allFinite(), share ? worst.value : size,
-        IsOverLimit(worst.value, 1),
+        IsOverLimit(worst.value, 1), first + worst.row, worst.value,
         Describe(quantity, kColumns > 1 ? worst.column : -1, size, unit,
                  first + worst.row, limit(worst.column)));
   }
@@ -73,7 +70,7 @@ class Checks {
     const Index j = worst.column;
     const bool is_above = above(worst.row, j) >= below(worst.row, j);
     Add("joint_position", "joint_margin_min_rad", q.allFinite(), -worst.value,
-        IsOverLimit(worst.value, 0),
+        IsOverLimit(worst.value, 0), worst.row, 1 + worst.value,
         Describe("position", j, q(worst.row, j), "rad", worst.row,
                  is_above ? limits.joint_upper(j) : limits.joint_lower(j)));
   }
@@ -91,9 +88,10 @@ class Checks {
   }
 
   void Add(const char* name, const char* metric, bool finite, double value,
-           bool broken, std::string worst) {
+           bool broken, Index row, double share, std::string worst) {
     if (!finite) value = std::numeric_limits<double>::quiet_NaN();
-    checks_.push_back({name, metric, value, broken, std::move(worst)});
+    checks_.push_back(
+        {name, metric, value, broken, std::move(worst), log_.time(row), share});
   }
 
   const RunLog& log_;
@@ -103,7 +101,7 @@ class Checks {
 }  // namespace
 
 bool IsOverLimit(double value, double limit) {
-  return value > limit + kTolerance * (limit == 0 ? 1 : std::abs(limit));
+  return value > limit + kLimitTolerance * (limit == 0 ? 1 : std::abs(limit));
 }
 
 std::vector<ArmLimitCheck> CheckArmLimits(const RunLog& log,

@@ -9,8 +9,11 @@
 
 namespace dual_proxy {
 
-/** Whether a value is over a limit by more than rounding: by a millionth of the
-limit, or, if that is zero, by a millionth. */
+/** What may be over a limit, relative to it, from rounding alone. */
+inline constexpr double kLimitTolerance = 1e-6;
+
+/** Whether a value is over a limit by more than rounding: by kLimitTolerance of
+the limit, or, if that is zero, by kLimitTolerance. */
 bool IsOverLimit(double value, double limit);
 
 /** How much of one of the arm's limits a run used. */
@@ -26,6 +29,10 @@ struct ArmLimitCheck {
   /** Where it was worst: "joint 4 speed 2.31 rad/s at 3.214 s (limit 2.175)".
    */
   std::string worst;
+  double time;  ///< Then, s.
+  /** How much of the limit that is: 1 is all of it. Of a joint's position it is
+  1 more than what it is beyond the limit, rad. NaN does not count. */
+  double share;
 };
 
 /** Checks a run against the arm's limits, from the signals `joint_position`,

@@ -178,6 +178,7 @@ void BareEngine<Plant>::PutTruth(Eigen::Ref<Eigen::VectorXd> row) const {
     put("joint_velocity", plant_state_.v);
     put("robot_position", plant_state_.X_BE.p);
     put("robot_velocity", plant_state_.v_BE.template head<3>());
+    put("robot_angular_velocity", plant_state_.v_BE.template tail<3>());
   } else {
     put("robot_position", plant_state_.position);
     put("robot_velocity", plant_state_.velocity);
@@ -268,7 +269,21 @@ RunWatchParams MakeRunWatchParams(const Scenario& scenario, double duration,
   RunWatchParams watch{.device_force = scenario.haptic_controller.max_force,
                        .device_moment = scenario.haptic_controller.max_moment,
                        .control_period = scenario.control_period,
-                       .rest_start = std::max(0.0, duration - rest_time)};
+                       .rest_start = std::max(0.0, duration - rest_time),
+                       .closes_force_loop = UsesSelections(scenario.scheme),
+                       .map = scenario.map};
+  const CommunicationChannelParams& channel = scenario.link.channel;
+  for (const Eigen::Vector2d& outage : channel.outages) {
+    watch.fault_end = std::max(watch.fault_end.value_or(0), outage(1));
+  }
+  for (const InputFault& fault : scenario.faults) {
+    watch.fault_end = std::max(watch.fault_end.value_or(0), fault.end);
+  }
+  if (watch.fault_end) *watch.fault_end += channel.delay + channel.jitter;
+  // The proxy is a message behind, and the newest message another one.
+  constexpr double kLimiterLag = 0.2;
+  watch.follow_lag =
+      channel.delay + channel.jitter + 3 / scenario.link.rate() + kLimiterLag;
   if (scenario.scheme == SchemeOf<DualProxyScheme>) {
     const HapticSideProxyParams& proxy = scenario.haptic_proxy;
     watch.reference_force_rate =

@@ -23,6 +23,11 @@ constexpr double kRotationError = 1e-9;
 // W: a delayed spring gives back a few millijoules more than it took each time
 // it is pressed, which add up in hours.
 constexpr double kUnnoticedPower = 1e-3;
+// Of the proxy from where the hand was, m, if it follows, and how often that is
+// looked at, s.
+constexpr double kFollows = 5e-3;
+constexpr double kLook = 0.01;
+constexpr double kConnected = 1;
 
 // NaN is worse than all.
 bool IsWorse(double value, double than) {
@@ -45,6 +50,14 @@ Worst FindWorst(Index first, Index end, const Value& value_of) {
   return worst;
 }
 
+// A matrix of a log, row by row.
+template <typename Row>
+Matrix3d ToMatrix(const Row& row) {
+  RowMajorMatrix3d matrix;
+  for (int j = 0; j < 9; ++j) matrix.data()[j] = row(j);
+  return matrix;
+}
+
 // How far a matrix is from a symmetric projection.
 double ProjectionError(const Matrix3d& P) {
   const double asymmetry = (P - P.transpose()).cwiseAbs().maxCoeff();
@@ -63,6 +76,15 @@ void RunWatchParams::Validate() const {
                 reference_moment_rate.value_or(0), AtLeast(0));
   ThrowUnlessIn(kWho, "control_period", control_period, Above(0));
   ThrowUnlessIn(kWho, "rest_start", rest_start, AtLeast(0));
+  ThrowUnlessIn(kWho, "fault_end", fault_end.value_or(0), AtLeast(0));
+  ThrowUnlessIn(kWho, "follow_lag", follow_lag, AtLeast(0));
+  map.Validate();
+}
+
+double RunWatch::Port::Add(double power, double period) {
+  energy += period * (power - kUnnoticedPower);
+  least = std::min(least, energy);
+  return energy - least;
 }
 
 RunWatch::RunWatch(const RunWatchParams& params)
@@ -109,6 +131,8 @@ void RunWatch::Add(const RunLog& piece) {
   AddDevice(piece);
   AddShapes(piece, first);
   AddEnergy(piece, first);
+  AddLoopEnergy(piece);
+  AddRecovery(piece, first);
   AddRest(piece, first);
   AddEnd(piece);
 }
@@ -116,8 +140,8 @@ void RunWatch::Add(const RunLog& piece) {
 void RunWatch::AddArm(const RunLog& piece) {
   for (const ArmLimitCheck& check :
        CheckArmLimits(piece, params_.arm, params_.control_period)) {
-    Keep(std::string("over_") + check.limit, "", check.broken ? 1 : 0,
-         piece.time(0), 0.0, check.broken ? check.worst : "");
+    Keep(check.limit, "of the limit", std::max(0.0, check.share), check.time,
+         1 + kLimitTolerance, check.worst);
   }
 }
 
@@ -156,9 +180,7 @@ void RunWatch::AddShapes(const RunLog& piece, Index first) {
   for (const auto& [name, values] : piece.signals) {
     if (name.ends_with("selection")) {
       const auto error = [&values](Index i) {
-        RowMajorMatrix3d P;
-        for (int j = 0; j < 9; ++j) P.data()[j] = values(i, j);
-        return ProjectionError(P);
+        return ProjectionError(ToMatrix(values.row(i)));
       };
       const Worst worst = FindWorst(first, values.rows(), error);
       Keep("projection_error", "", worst.value, piece.time(worst.row),
@@ -179,19 +201,85 @@ void RunWatch::AddEnergy(const RunLog& piece, Index first) {
     const auto force = piece.Signal<3>("device_force");
     const auto velocity = piece.Signal<3>("device_velocity");
     const auto given = [&](Index i) {
-      energy_ += params_.control_period *
-                 (force.row(i).dot(velocity.row(i)) - kUnnoticedPower);
-      least_energy_ = std::min(least_energy_, energy_);
-      return energy_ - least_energy_;
+      return hand_.Add(force.row(i).dot(velocity.row(i)),
+                       params_.control_period);
     };
     const Worst worst = FindWorst(first, force.rows(), given);
     Keep("device_energy", "J", worst.value, piece.time(worst.row));
   }
-  if (piece.Has("observed_energy")) {
-    const auto observed = piece.Signal<1>("observed_energy");
-    Index row = 0;
-    const double least = observed.col(0).minCoeff(&row);
-    Keep("force_loop_energy", "J", -least, piece.time(row));
+}
+
+void RunWatch::AddLoopEnergy(const RunLog& piece) {
+  if (!params_.closes_force_loop) return;
+  struct Loop {
+    RunLog::Values<3> force;
+    RunLog::Values<3> reference;
+    RunLog::Values<9> selection;
+    RunLog::Values<3> velocity;
+  };
+  std::vector<Loop> loops;
+  const auto add = [&](const char* force, const char* reference,
+                       const char* selection, const char* velocity) {
+    for (const char* name : {force, reference, selection, velocity}) {
+      if (!piece.Has(name)) return;
+    }
+    loops.push_back({piece.Signal<3>(force), piece.Signal<3>(reference),
+                     piece.Signal<9>(selection), piece.Signal<3>(velocity)});
+  };
+  add("force_space_force", "reference_force", "force_selection",
+      "robot_velocity");
+  add("moment_space_moment", "reference_moment", "moment_selection",
+      "robot_angular_velocity");
+  if (loops.empty() || piece.time.size() < 2) return;
+  // What is sent in a row acts until the next one.
+  const auto given = [&](Index i) {
+    double power = 0;
+    for (const Loop& loop : loops) {
+      const Vector3d sent = loop.force.row(i - 1);
+      const Vector3d asked = loop.reference.row(i - 1);
+      const Vector3d feedback =
+          sent - ToMatrix(loop.selection.row(i - 1)) * asked;
+      power +=
+          0.5 *
+          feedback.dot(
+              (loop.velocity.row(i - 1) + loop.velocity.row(i)).transpose());
+    }
+    return loop_.Add(power, params_.control_period);
+  };
+  const Worst worst = FindWorst(1, piece.time.size(), given);
+  Keep("force_loop_energy", "J", worst.value, piece.time(worst.row));
+}
+
+void RunWatch::AddRecovery(const RunLog& piece, Index first) {
+  if (!params_.fault_end || follows_) return;
+  for (const char* name : {"device_position", "robot_proxy_position",
+                           "robot_link_status", "haptic_link_status"}) {
+    if (!piece.Has(name)) return;
+  }
+  const auto hand = piece.Signal<3>("device_position");
+  const auto proxy = piece.Signal<3>("robot_proxy_position");
+  const auto at_robot = piece.Signal<1>("robot_link_status");
+  const auto at_hand = piece.Signal<1>("haptic_link_status");
+  const WorkspaceMap map(params_.map);
+  const auto step =
+      std::max<Index>(1, std::lround(kLook / params_.control_period));
+  for (Index i = first; i < piece.time.size(); ++i) {
+    if (rows_++ % step != 0) continue;
+    const double time = piece.time(i);
+    hand_path_.emplace_back(
+        time, map.RobotProxy(hand.row(i), Matrix3d::Identity()).p);
+    while (hand_path_.front().first < time - params_.follow_lag) {
+      hand_path_.pop_front();
+    }
+    if (time < *params_.fault_end) continue;
+    since_fault_ = time - *params_.fault_end;
+    const Vector3d x_pr = proxy.row(i);
+    follows_ = at_robot(i) == kConnected && at_hand(i) == kConnected &&
+               std::any_of(hand_path_.begin(), hand_path_.end(),
+                           [&x_pr](const auto& place) {
+                             return (place.second - x_pr).norm() <= kFollows;
+                           });
+    if (follows_) return;
   }
 }
 
@@ -235,6 +323,14 @@ void RunWatch::AddEnd(const RunLog& piece) {
 
 std::vector<WatchedValue> RunWatch::Summarise() const {
   std::vector<WatchedValue> result = values_;
+  if (since_fault_) {
+    result.push_back({"recovery_time",
+                      "s",
+                      *since_fault_,
+                      kNaN,
+                      {},
+                      follows_ ? "" : "not yet"});
+  }
   // Less than this many rows tell nothing about a line.
   constexpr double kLeast = 10;
   if (rest_count_ < kLeast) return result;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 
 #include "dual_proxy/common/arm_limits.h"
 #include "dual_proxy/experiment/run_log.h"
+#include "dual_proxy/proxy/workspace_map.h"
 
 namespace dual_proxy {
 
@@ -22,6 +24,14 @@ struct RunWatchParams {
   std::optional<double> reference_moment_rate{};
   double control_period{1e-3};  ///< s, > 0.
   double rest_start{0};         ///< s: from then on all should be at rest.
+  /** s: when the last fault is over, of the link for what arrives. */
+  std::optional<double> fault_end{};
+  /** Whether F_f and F_r are those of a closed force loop. */
+  bool closes_force_loop{true};
+  WorkspaceMapParams map{};  ///< Between device and robot.
+  /** s: how long ago the hand may have been where the robot's proxy is, if that
+  follows it. */
+  double follow_lag{0.3};
 
   /** @throws std::invalid_argument naming the field. */
   void Validate() const;
@@ -47,11 +57,15 @@ kept, and a day can be watched.
 
 In every period: that all is finite; the arm's limits (CheckArmLimits()), the
 device's and those of F_h's and M_h's rates; that selections are symmetric
-projections and rotations unit quaternions. Over the run: the most energy that
-the device has given to the hand in any stretch of time, beyond 1 mW, and the
-least of the force loop's observed energy. From `rest_start` on: how much forces
-and positions swing about a straight line (RMS). At the end: both links' status,
-and how far the tool is from where motion control wants it. */
+projections and rotations unit quaternions. Over the run, beyond 1 mW and in any
+stretch of time: the most energy that the device has given to the hand, and that
+the feedback of the closed loops of force and moment, F_f - Omega_f F_r and
+alike, has given to the robot. From `fault_end` on: how long until both links
+are connected and the robot's proxy is within 5 mm of where the hand was at some
+time in the last `follow_lag`; as long as it has not, how long that has been.
+From `rest_start` on: how much forces and positions swing about a straight line
+(RMS). At the end: both links' status, and how far the tool is from where motion
+control wants it. */
 class RunWatch {
  public:
   /** @throws std::invalid_argument if params are not valid. */
@@ -66,6 +80,15 @@ class RunWatch {
   std::vector<WatchedValue> Summarise() const;
 
  private:
+  /** The most energy of a port in any stretch of time, J, beyond 1 mW. */
+  struct Port {
+    double energy{0};
+    double least{0};
+
+    /** Takes a period, W and s; returns the most in a stretch that ends now. */
+    double Add(double power, double period);
+  };
+
   /** Sums for the swing of a signal about a straight line. */
   struct Swing {
     const char* name;
@@ -82,6 +105,8 @@ class RunWatch {
   void AddDevice(const RunLog& piece);
   void AddShapes(const RunLog& piece, Eigen::Index first);
   void AddEnergy(const RunLog& piece, Eigen::Index first);
+  void AddLoopEnergy(const RunLog& piece);
+  void AddRecovery(const RunLog& piece, Eigen::Index first);
   void AddRest(const RunLog& piece, Eigen::Index first);
   void AddEnd(const RunLog& piece);
   /** Keeps the larger. */
@@ -95,8 +120,13 @@ class RunWatch {
   double rest_count_{0};
   double rest_t_{0};   ///< Sum of times since rest_start, s.
   double rest_tt_{0};  ///< Of their squares, s^2.
-  double energy_{0};   ///< J, that the hand was given, beyond 1 mW.
-  double least_energy_{0};
+  Port hand_;
+  Port loop_;
+  /** The hand's last places in B, m, and when it was there, s. */
+  std::deque<std::pair<double, Eigen::Vector3d>> hand_path_;
+  Eigen::Index rows_{0};                 ///< Of those that recovery looks at.
+  std::optional<double> since_fault_{};  ///< s.
+  bool follows_{false};
   bool has_begun_{false};
 };
 

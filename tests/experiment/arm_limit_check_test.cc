@@ -52,6 +52,19 @@ class ArmLimitCheckTest : public testing::Test {
   const ArmLimits<7> limits_;
 };
 
+TEST_F(ArmLimitCheckTest, TheWorstHasItsShareAndItsTime) {
+  Row("joint_velocity", 7)(3) = 0.5 * limits_.joint_speed(3);
+  EXPECT_NEAR(Check("joint_speed").share, 0.5, 1e-12);
+  EXPECT_EQ(Check("joint_speed").time, log_.time(7));
+  Row("joint_position", 9)(2) = limits_.joint_upper(2) + 0.2;
+  EXPECT_NEAR(Check("joint_position").share, 1.2, 1e-12);
+  EXPECT_EQ(Check("joint_position").time, log_.time(9));
+  Row("torque", 4)(1) = 20;
+  EXPECT_NEAR(Check("torque_rate").share, 20 / kPeriod / limits_.torque_rate,
+              1e-9);
+  EXPECT_EQ(Check("torque_rate").time, log_.time(4));
+}
+
 TEST_F(ArmLimitCheckTest, AtRestNothingIsUsed) {
   const auto checks = CheckArmLimits(log_, limits_, kPeriod);
   ASSERT_EQ(checks.size(), 6u);

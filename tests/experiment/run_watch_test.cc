@@ -38,8 +38,13 @@ class RunWatchTest : public testing::Test {
                     {"robot_link_status", 35, 1},
                     {"haptic_link_status", 36, 1},
                     {"motion_error", 37, 3},
-                    {"haptic_reference_force", 40, 3}};
-    log_.values.setZero(kRows, 43);
+                    {"haptic_reference_force", 40, 3},
+                    {"joint_velocity", 43, 7},
+                    {"force_space_force", 50, 3},
+                    {"reference_force", 53, 3},
+                    {"robot_velocity", 56, 3},
+                    {"robot_proxy_position", 59, 3}};
+    log_.values.setZero(kRows, 62);
     Column("robot_proxy_orientation").setOnes();
   }
 
@@ -53,7 +58,10 @@ class RunWatchTest : public testing::Test {
 
   /** In pieces, as the engine gives them. */
   WatchedValue Watch(const std::string& name, int rows_in_piece = kRows) const {
-    RunWatch watch({.reference_force_rate = 20, .rest_start = 1});
+    RunWatch watch({.reference_force_rate = 20,
+                    .rest_start = 1,
+                    .fault_end = 0.9,
+                    .follow_lag = 0.1});
     for (Index begin = 0; begin < kRows - 1; begin += rows_in_piece - 1) {
       const Index count = std::min<Index>(rows_in_piece, kRows - begin);
       LogTable piece = log_;
@@ -89,13 +97,26 @@ TEST_F(RunWatchTest, PiecesAreAsGoodAsTheWhole) {
     Column("contact_force", 2)(i) = 3 + 0.2 * std::sin(0.1 * i);
   }
   Column("torque", 1).tail(1000).array() += 5;
-  for (const char* name : {"over_torque_rate", "device_energy", "device_force",
-                           "rest_contact_force"}) {
+  for (const char* name :
+       {"torque_rate", "device_energy", "device_force", "rest_contact_force"}) {
     EXPECT_NEAR(Watch(name).value, Watch(name, 37).value, 1e-12) << name;
   }
-  EXPECT_EQ(Watch("over_torque_rate", 37).value, 1);
-  EXPECT_NE(Watch("over_torque_rate", 37).detail.find("joint 2 torque rate"),
+  EXPECT_NEAR(Watch("torque_rate", 37).value, 5.9, 1e-9);
+  EXPECT_NE(Watch("torque_rate", 37).detail.find("joint 2 torque rate"),
             std::string::npos);
+}
+
+TEST_F(RunWatchTest, TheWorstIsTheLargestShareOfItsLimit) {
+  Column("joint_velocity", 3)(200) = 2.4;    // Of 2.175 rad/s.
+  Column("joint_velocity", 0)(900) = -2.5;   // Likewise.
+  Column("joint_velocity", 5)(1500) = 2.62;  // Of 2.61.
+  for (const int rows : {kRows, 100}) {
+    const WatchedValue speed = Watch("joint_speed", rows);
+    EXPECT_NEAR(speed.value, 2.5 / 2.175, 1e-12);
+    EXPECT_NEAR(speed.time, 0.9, 1e-12);
+    EXPECT_EQ(speed.detail, "joint 1 speed 2.5 rad/s at 0.9 s (limit 2.175)");
+    EXPECT_GT(speed.value, *speed.most);
+  }
 }
 
 TEST_F(RunWatchTest, WhatIsNotFiniteIsFound) {
@@ -151,6 +172,49 @@ TEST_F(RunWatchTest, TheDevicesEnergyIsTheMostInAnyStretch) {
   Column("device_force").segment(501, 300).setConstant(2);
   Column("device_force").segment(801, 500).setConstant(-2);
   EXPECT_NEAR(Watch("device_energy", 100).value, 0.6 - 0.3e-3, 1e-9);
+}
+
+TEST_F(RunWatchTest, TheForceLoopsEnergyIsOfItsFeedback) {
+  // 2 N more than it was asked for, for 0.3 s, at 1 m/s; then 1 N less.
+  Column("force_selection", 8).setOnes();
+  Column("robot_velocity", 2).setOnes();
+  Column("reference_force", 2).setConstant(5);
+  Column("reference_force", 0).setConstant(7);  // Not in the force space.
+  Column("force_space_force", 2).setConstant(4);
+  Column("force_space_force", 2).segment(500, 300).setConstant(7);
+  for (const int rows : {kRows, 100}) {
+    EXPECT_NEAR(Watch("force_loop_energy", rows).value, 0.6 - 0.3e-3, 1e-9);
+  }
+  RunWatch open({.closes_force_loop = false});
+  open.Add(log_);
+  for (const WatchedValue& value : open.Summarise()) {
+    EXPECT_NE(value.name, "force_loop_energy");
+  }
+}
+
+TEST_F(RunWatchTest, RecoveryIsFollowingAgainWithALink) {
+  Column("robot_link_status").setOnes();
+  Column("haptic_link_status").setOnes();
+  Column("haptic_link_status").segment(800, 300).setConstant(2);
+  // The hand goes at 0.2 m/s, the robot's map makes 0.5 m/s of it; its proxy is
+  // 50 ms late, but for when it waits from 0.7 s to 1.4 s.
+  for (int i = 0; i < kRows; ++i) {
+    Column("device_position", 1)(i) = 0.2e-3 * i;
+    const int seen = i < 700 || i >= 1400 ? i - 50 : 650;
+    Column("robot_proxy_position", 1)(i) = 0.5e-3 * seen;
+  }
+  for (const int rows : {kRows, 100}) {
+    EXPECT_NEAR(Watch("recovery_time", rows).value, 0.5, 0.011);
+    EXPECT_EQ(Watch("recovery_time", rows).detail, "");
+  }
+  // It never left it: from when there is a link.
+  for (int i = 0; i < kRows; ++i) {
+    Column("robot_proxy_position", 1)(i) = 0.5e-3 * (i - 50);
+  }
+  EXPECT_NEAR(Watch("recovery_time").value, 0.2, 0.011);
+  Column("robot_proxy_position", 1).tail(kRows - 700).setConstant(0.3);
+  EXPECT_NEAR(Watch("recovery_time").value, 1.1, 0.011);
+  EXPECT_EQ(Watch("recovery_time").detail, "not yet");
 }
 
 TEST_F(RunWatchTest, RestIsSwingAboutALine) {

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from dual_proxy.run import change_scenario
 from dual_proxy.scenario import SCHEMES, Scenario
+from dual_proxy.scene_params import CORNER_RADIUS, TIP_RADIUS
 
 __all__ = ["FACTORS", "SCENES", "Case", "case_scenario", "draw_case", "long_case"]
 
@@ -230,6 +231,28 @@ def _outage(random: Random) -> Overrides:
     return {"link.outages": [[start, start + _log_uniform(random, 0.05, 4)]]}
 
 
+def _penetration(random: Random, base: Scenario) -> Overrides:
+    """A small ball beside the tool, which is inside of it at the start: with its
+    own ball or, if it is flat, with that of a corner. The tool point is outside, as
+    the scenario's checks want it."""
+    depth = _log_uniform(random, 1e-4, 4e-3)
+    radius = float(random.uniform(0.01, 0.05))
+    away = random.normal(size=3)
+    place, own = np.asarray(base.map.p_cw), TIP_RADIUS
+    if base.scene.tool == "flat":
+        R_cw = np.asarray(base.map.R_cw)
+        place, own = place + R_cw @ base.scene.corners()[0], CORNER_RADIUS
+        away = R_cw[:, 2]
+    distance = radius + own - depth
+    ball = {
+        "name": "at the start",
+        "shape": "sphere",
+        "position": [float(x) for x in place + distance * away / np.linalg.norm(away)],
+        "radius": radius,
+    }
+    return {"scene.surfaces": [*base.to_mapping()["scene"]["surfaces"], ball]}
+
+
 #: What a case may have, by name: draws the values that it sets.
 FACTORS: dict[str, Callable[[Random, Scenario], Overrides]] = {
     "delay": lambda random, _: {
@@ -263,16 +286,7 @@ FACTORS: dict[str, Callable[[Random, Scenario], Overrides]] = {
     "step": _step_path,
     "chirp": lambda random, base: _wave_path(random, base, noise=False),
     "noise": lambda random, base: _wave_path(random, base, noise=True),
-    "penetration": lambda random, _: {
-        "scene.surfaces": [
-            {
-                "name": "around the start",
-                "shape": "sphere",
-                "position": [0.45, 0.0, 0.45],
-                "radius": float(random.uniform(0.05, 0.5)),
-            }
-        ]
-    },
+    "penetration": _penetration,
     "selections": lambda random, _: _fault(
         random, ["selections"], ["flipping", "tilted"]
     ),

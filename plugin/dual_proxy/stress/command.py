@@ -10,13 +10,13 @@ import math
 import shlex
 import sys
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from dual_proxy.bench.pages import check_page, fill_page, markdown_table
 from dual_proxy.log import replace_file
-from dual_proxy.many_runs import Job, Result, RunsFolder, run_many
+from dual_proxy.many_runs import Job, Result, RunsFolder, count_workers, run_many
 from dual_proxy.scenario import Scenario, ScenarioError
 from dual_proxy.stress.cases import (
     FACTORS,
@@ -27,25 +27,21 @@ from dual_proxy.stress.cases import (
     draw_case,
     long_case,
 )
-from dual_proxy.stress.maps import (
-    AXES,
-    Boundary,
-    draw_maps,
-    find_boundaries,
-    stiffness_text,
-)
-from dual_proxy.stress.verdict import Verdict, judge
+from dual_proxy.stress.maps import MAPS, Cell, cell_text, draw_maps, find_ranges
+from dual_proxy.stress.verdict import Verdict, judge, rest_time
 from dual_proxy.watch import Watched
 
-__all__ = ["FULL", "PAGE_MARKS", "QUICK", "Plan", "repeat_command", "stress"]
+__all__ = ["FULL", "PAGE_MARKS", "QUICK", "Plan", "Report", "explain", "stress"]
 
 #: What names the tables' places in a page.
 PAGE_MARKS = tuple(
-    f"dual-proxy stress: {name}" for name in ("regions", "failures", "day", *AXES)
+    f"dual-proxy stress: {name}"
+    for name in ("regions", "failures", "unstable", "day", *MAPS)
 )
 
-_REST = 2.0  # s, at the end of a run
 _OWN = "dual_proxy"
+#: In place of the names of factors, if there are none.
+NOTHING = "nothing"
 
 
 class Plan(NamedTuple):
@@ -53,14 +49,15 @@ class Plan(NamedTuple):
 
     cases: int
     drake_every: int
-    """Of so many cases one is run in Drake, too; 0: none."""
+    """Of so many cases the first that Drake can simulate is run in it, too; 0:
+    none."""
     map_steps: int
-    """Of each boundary's bisection; 0: no maps."""
+    """Of the bisection of a range's ends; 0: no maps."""
     hours: float
     """h, of one long run."""
 
 
-FULL = Plan(cases=3000, drake_every=300, map_steps=8, hours=24.0)
+FULL = Plan(cases=3000, drake_every=100, map_steps=4, hours=24.0)
 QUICK = Plan(cases=150, drake_every=0, map_steps=0, hours=0.1)
 
 
@@ -75,6 +72,28 @@ class Outcome(NamedTuple):
     """Why it came to no end."""
     verdict: Verdict
     watched: Watched
+    not_made: str = ""
+    """Why nothing is known of it."""
+
+    @property
+    def ran(self) -> bool:
+        """Whether it is a run that can be judged."""
+        return not self.refused and not self.not_made
+
+    @property
+    def factors(self) -> str:
+        """The names of its factors."""
+        return " + ".join(sorted(self.case.factors)) or NOTHING
+
+    @property
+    def command(self) -> str:
+        """What repeats it."""
+        only = ",".join(self.case.factors) or NOTHING
+        words = ["dual-proxy", "stress", "--case", str(self.case.number)]
+        words += ["--only", only]
+        if self.engine != "bare":
+            words += ["--engine", self.engine]
+        return shlex.join(words)
 
     @property
     def safe(self) -> bool:
@@ -92,6 +111,17 @@ class Outcome(NamedTuple):
         return self.failure or self.verdict.wrong
 
 
+class Report(NamedTuple):
+    """What came of `stress`."""
+
+    tables: dict[str, str]
+    """Markdown, by the names of `PAGE_MARKS`."""
+    failures: list[Outcome]
+    """Each with the fewest factors that still fail; the day, if it did, as it is."""
+    not_made: list[str]
+    """Why runs are not there, one by one."""
+
+
 class Bench:
     """Runs cases."""
 
@@ -103,6 +133,8 @@ class Bench:
         cluster: str | None = None,
     ) -> None:
         self._bases = {name: base_scenario(name) for name in SCENES}
+        self.not_made: list[str] = []
+        """Why runs are not there, so far."""
         self._run = functools.partial(
             run_many,
             folder=folder,
@@ -119,30 +151,56 @@ class Bench:
         """Return the case of many hours."""
         return long_case(hours, self._bases["plane"])
 
+    def has_drake(self, case: Case) -> bool:
+        """Tell whether Drake can simulate a case, and its log tells what happened:
+        not what a wrong input says."""
+        if set(case.factors) & {"model", "bad input"}:
+            return False
+        try:
+            return self.scenario(case).robot != "point_mass"
+        except ScenarioError:
+            return False
+
     def scenario(self, case: Case) -> Scenario:
         """Return what is run of a case; raises ScenarioError if it is refused."""
         return case_scenario(case, self._bases[case.scene])
 
-    def run(self, cases: Sequence[Case], engine: str = "bare") -> list[Outcome]:
-        """Run cases; each has its outcome."""
+    def run(self, cases: Sequence[tuple[Case, str]]) -> list[Outcome]:
+        """Run cases, each in an engine; each has its outcome."""
         outcomes: dict[int, Outcome] = {}
         plan: dict[int, Job] = {}
-        for place, case in enumerate(cases):
+        for place, (case, engine) in enumerate(cases):
             try:
                 scenario = self.scenario(case)
             except ScenarioError as error:
                 outcomes[place] = _no_run(case, engine, refused=str(error))
                 continue
             name = f"{case.number} {'-'.join(case.factors)} {engine}"
-            plan[place] = Job(name, scenario, engine, _REST)
+            plan[place] = Job(name, scenario, engine, rest_time(scenario))
         results = self._run(list(plan.values()))
         for (place, job), result in zip(plan.items(), results, strict=True):
-            outcomes[place] = _outcome(cases[place], job, result)
+            outcomes[place] = _outcome(cases[place][0], job, result)
+            if result.not_made:
+                self.not_made.append(f"{job.name}: {result.failure}")
         return [outcomes[place] for place in range(len(cases))]
 
-    def shrink(self, outcomes: Sequence[Outcome]) -> list[Outcome]:
+    def shrink(
+        self,
+        outcomes: Sequence[Outcome],
+        kinds: Sequence[str] | None = None,
+    ) -> list[Outcome]:
         """Take factors away from failed cases as long as they still fail: each
-        time all that are left are tried without each of their factors."""
+        time all that are left are tried without each of their factors, in the
+        engine in which they failed.
+
+        Parameters
+        ----------
+        outcomes : sequence of Outcome
+            Failed ones.
+        kinds : sequence of str, optional
+            Of each, what is to stay wrong (`Verdict.kinds`); by default what was not
+            safe stays so, what was safe stays not stable.
+        """
         shrunk = list(outcomes)
         open_ones = [place for place, o in enumerate(shrunk) if o.case.factors]
         while open_ones:
@@ -151,13 +209,17 @@ class Bench:
                 for place in open_ones
                 for factor in shrunk[place].case.factors
             ]
-            tried = self.run([case for _, case in tries])
+            tried = self.run([(case, shrunk[place].engine) for place, case in tries])
             open_ones = []
             for (place, _), outcome in zip(tries, tried, strict=True):
                 before = shrunk[place]
-                if place in open_ones or outcome.refused:
+                if place in open_ones or not outcome.ran:
                     continue
-                if _is_as_bad(outcome, before):
+                if (
+                    _is_as_bad(outcome, before)
+                    if kinds is None
+                    else kinds[place] in outcome.verdict.kinds
+                ):
                     shrunk[place] = outcome
                     open_ones.append(place)
             open_ones = [place for place in open_ones if shrunk[place].case.factors]
@@ -169,6 +231,8 @@ def _is_as_bad(outcome: Outcome, before: Outcome) -> bool:
 
 
 def _outcome(case: Case, job: Job, result: Result) -> Outcome:
+    if result.not_made:
+        return _no_run(case, job.engine, not_made=result.failure)
     if result.metrics is None:
         if result.status == 2:
             return _no_run(case, job.engine, refused=result.failure)
@@ -177,8 +241,14 @@ def _outcome(case: Case, job: Job, result: Result) -> Outcome:
     return Outcome(case, job.engine, "", "", verdict, result.metrics)
 
 
-def _no_run(case: Case, engine: str, refused: str = "", failure: str = "") -> Outcome:
-    return Outcome(case, engine, refused, failure, Verdict([], []), {})
+def _no_run(
+    case: Case,
+    engine: str,
+    refused: str = "",
+    failure: str = "",
+    not_made: str = "",
+) -> Outcome:
+    return Outcome(case, engine, refused, failure, Verdict([], []), {}, not_made)
 
 
 class _Ticker:
@@ -201,9 +271,10 @@ def stress(
     page: Path | None = None,
     progress: Callable[[str], None] | None = None,
     cluster: str | None = None,
-) -> tuple[dict[str, str], list[Outcome]]:
+) -> Report:
     """Run cases and a day, shrink those of the dual proxy that failed and those of
-    any scheme that broke a limit, and find the boundaries of stability.
+    any scheme that broke a limit, and one of each kind of the others' that are not
+    stable, and map what is stable.
 
     Parameters
     ----------
@@ -217,7 +288,8 @@ def stress(
     jobs : int, optional
         Runs at a time, by default as many as there are processors.
     page : Path, optional
-        A page to be filled, with its figure in images/ beside it.
+        A page to be filled, with its figure in images/ beside it; not if a run
+        could not be made.
     cluster : str, optional
         Address of a dask.distributed scheduler that makes the runs, as for `run_many`.
     progress : callable, optional
@@ -225,10 +297,7 @@ def stress(
 
     Returns
     -------
-    tables : dict
-        Markdown, by the names of `PAGE_MARKS`.
-    failures : list of Outcome
-        Each with the fewest factors that still fail; the day, if it did, as it is.
+    Report
 
     Raises
     ------
@@ -241,26 +310,31 @@ def stress(
         raise ScenarioError(f"cases: expected at least 1, got {plan.cases}")
     if first < 0:
         raise ScenarioError(f"first: expected at least 0, got {first}")
+    alone = cluster is None and count_workers(jobs) == 1
     if page is not None:
         check_page(page, plan.map_steps == 0, PAGE_MARKS)
     say = progress or _Ticker()
+    done = {"first": first, **plan._asdict()}
     with RunsFolder(out, "stress") as folder:
+        _check_earlier(folder.path / _RESULTS, done)
         bench = Bench(folder, jobs, say, cluster)
         cases = [bench.draw(number) for number in range(first, first + plan.cases)]
-        # The day first: it takes as long as most of the others.
-        day, *outcomes = bench.run([bench.long_case(plan.hours), *cases])
-        if plan.drake_every:
-            outcomes += bench.run(
-                [
-                    case
-                    for case in cases[:: plan.drake_every]
-                    if _has_drake(bench, case)
-                ],
-                "drake",
-            )
+        runs = [(case, "bare") for case in cases]
+        runs += [(case, "drake") for case in _sample(bench, cases, plan.drake_every)]
+        # The day takes as long as most of the others: beside them, or after them.
+        day_run = (bench.long_case(plan.hours), "bare")
+        if alone:
+            *outcomes, day = bench.run([*runs, day_run])
+        else:
+            day, *outcomes = bench.run([day_run, *runs])
         failures = bench.shrink([o for o in outcomes if _is_failure(o)])
-        boundaries = (
-            find_boundaries(
+        groups = _group_unstable(outcomes)
+        examples = bench.shrink(
+            [min(group, key=_size) for group in groups.values()],
+            [kind for _, kind in groups],
+        )
+        cells = (
+            find_ranges(
                 folder,
                 steps=plan.map_steps,
                 workers=jobs,
@@ -272,87 +346,190 @@ def stress(
         )
         tables = {
             "regions": _regions(outcomes),
-            "failures": _failures(failures, bench),
+            "failures": _failures(failures),
+            "unstable": _unstable(groups, examples),
             "day": _day(day, plan),
-        } | {axis: _map_table(axis, boundaries) for axis in AXES if boundaries}
-        _save(folder.path, day, outcomes, failures, boundaries, bench)
-        if boundaries:
-            draw_maps(boundaries, folder.path / "stability.png")
-    if page is not None:
+        } | {name: _map_table(name, cells) for name in MAPS if cells}
+        _save(folder.path, done, day, outcomes, failures, examples, cells)
+        if cells:
+            draw_maps(cells, folder.path / "stability.png")
+    not_made = [*bench.not_made, *(cell.not_made for cell in cells if cell.not_made)]
+    if page is not None and not not_made:
         for name, mark in zip(tables, PAGE_MARKS, strict=True):
             fill_page(page, mark, tables[name])
-        draw_maps(boundaries, page.parent / "images" / "stability.png")
-    return tables, [*failures, *([day] if _is_failure(day) else [])]
+        draw_maps(cells, page.parent / "images" / "stability.png")
+    return Report(tables, [*failures, *([day] if _is_failure(day) else [])], not_made)
 
 
-def explain(number: int, jobs: int | None = None) -> str:
+# Of a folder: what the runs came to.
+_RESULTS = "stress.json"
+
+
+def _check_earlier(file: Path, done: dict[str, Any]) -> None:
+    """Leave results alone that hold more than these would."""
+    try:
+        before = json.loads(file.read_text())["done"]
+        begin, end = before["first"], before["first"] + before["cases"]
+        covered = (
+            done["first"] <= begin
+            and end <= done["first"] + done["cases"]
+            and (done["map_steps"] > 0 or before["map_steps"] == 0)
+        )
+    except (OSError, ValueError, KeyError, TypeError):
+        return  # There are none, or such as can be made no use of.
+    if not covered:
+        maps = " and maps" if before["map_steps"] else ""
+        raise ScenarioError(
+            f"{file}: holds cases {begin} to {end - 1}{maps}, which less would take "
+            "the place of; expected all of them, or another folder (--out)"
+        )
+
+
+def _sample(bench: Bench, cases: Sequence[Case], every: int) -> list[Case]:
+    """Of each so many cases the first that Drake can simulate; of 0 none."""
+    if every == 0:
+        return []
+    blocks = (cases[i : i + every] for i in range(0, len(cases), every))
+    firsts = (next(filter(bench.has_drake, block), None) for block in blocks)
+    return [case for case in firsts if case is not None]
+
+
+def explain(
+    number: int,
+    jobs: int | None = None,
+    only: Sequence[str] | None = None,
+    engine: str = "bare",
+    out: Path | None = None,
+) -> tuple[str, str]:
     """Run a case alone; tell what is wrong, what it needs for that, and how to
     repeat it.
+
+    Parameters
+    ----------
+    number : int
+        Of the case.
+    jobs : int, optional
+        As for `stress`.
+    only : sequence of str, optional
+        The names of those of its factors that it keeps, or `NOTHING`; then it is
+        run as it is. By default all, and those that it does not need are taken
+        away.
+    engine : str
+        "bare" or "drake".
+    out : Path, optional
+        A folder for the scenario of what was run last.
+
+    Returns
+    -------
+    text : str
+        All of it, with what was watched.
+    failure : str
+        What is wrong with it; empty if nothing.
 
     Raises
     ------
     ScenarioError
-        If there is no case of this number, or its scenario is refused.
+        If there is no case of this number or no such factor, or its scenario is
+        refused.
     """
     if number < 0:
         raise ScenarioError(f"case: expected at least 0, got {number}")
     bench = Bench(None, jobs, lambda _: None)
     case = bench.draw(number)
+    if only is not None:
+        case = _keep_only(case, only)
     scenario = bench.scenario(case)
-    (outcome,) = bench.run([case])
-    least = outcome if outcome.stable else bench.shrink([outcome])[0]
+    (outcome,) = bench.run([(case, engine)])
+    if outcome.refused:
+        raise ScenarioError(f"case {number}: {outcome.refused}")
+    wrong = outcome.not_made or outcome.wrong
     lines = [
-        f"case {number}: {case.scene}, {case.scheme}, {', '.join(case.factors) or '-'}",
-        f"wrong: {outcome.wrong or 'nothing'}",
+        f"case {number}: {case.scene}, {case.scheme}, engine {engine}, "
+        f"{outcome.factors}",
+        f"wrong: {wrong or NOTHING}",
     ]
-    if least is not outcome:
-        lines += [f"it needs: {', '.join(least.case.factors) or 'nothing'}"]
-        lines += [f"wrong then: {least.wrong}"]
-        scenario = bench.scenario(least.case)
-    return "\n".join([*lines, repeat_command(least.case, scenario)])
+    if only is None and wrong and outcome.ran:
+        (outcome,) = bench.shrink([outcome])
+        scenario = bench.scenario(outcome.case)
+        lines += [f"it needs: {outcome.factors}", f"wrong then: {outcome.wrong}"]
+    lines += [f"to repeat it: {outcome.command}"]
+    if out is not None:
+        file = out / f"case-{number}.yaml"
+        out.mkdir(parents=True, exist_ok=True)
+        replace_file(file, scenario.to_yaml().encode())
+        lines += [f"its log: dual-proxy run {file} --engine {engine}"]
+    for name, watch in outcome.watched.items():
+        value = "-" if watch["value"] is None else f"{watch['value']:.4g}"
+        text = f"{name:24}{value:>10} {watch['unit']}"
+        lines.append(f"{text}  {watch['detail']}".rstrip())
+    return "\n".join(lines), wrong
 
 
-def _has_drake(bench: Bench, case: Case) -> bool:
-    """Tell whether Drake can simulate a case."""
-    try:
-        scenario = bench.scenario(case)
-    except ScenarioError:
-        return False
-    return scenario.robot != "point_mass" and "model" not in case.factors
+def _keep_only(case: Case, names: Sequence[str]) -> Case:
+    kept = [] if list(names) == [NOTHING] else list(names)
+    for name in kept:
+        if name not in case.factors:
+            raise ScenarioError(
+                f"only: expected some of the factors of case {case.number} "
+                f"({', '.join(case.factors) or 'it has none'}) or {NOTHING}, got "
+                f"{name!r}"
+            )
+    for name in set(case.factors) - set(kept):
+        case = case.without(name)
+    return case
 
 
 def _is_failure(outcome: Outcome) -> bool:
     """Whether there is something to mend: a limit broken by any scheme, or the
     dual proxy not stable."""
-    if outcome.refused:
+    if not outcome.ran:
         return False
     return not outcome.safe or (outcome.case.scheme == _OWN and not outcome.stable)
 
 
+def _group_unstable(
+    outcomes: Iterable[Outcome],
+) -> dict[tuple[str, str], list[Outcome]]:
+    """Those of the other schemes that are safe and not stable, by scheme and by
+    what is wrong."""
+    groups: dict[tuple[str, str], list[Outcome]] = {}
+    for outcome in outcomes:
+        scheme = outcome.case.scheme
+        if scheme == _OWN or not outcome.ran or not outcome.safe:
+            continue
+        for kind in outcome.verdict.kinds:
+            groups.setdefault((scheme, kind), []).append(outcome)
+    return groups
+
+
+def _size(outcome: Outcome) -> tuple[int, int]:
+    return len(outcome.case.factors), outcome.case.number
+
+
 def _regions(outcomes: Sequence[Outcome]) -> str:
-    """How many passed, by factor."""
+    """How many passed, by factor; in Drake beside that."""
+    bare = [outcome for outcome in outcomes if outcome.engine == "bare"]
+    groups = {
+        "all": bare,
+        NOTHING: [outcome for outcome in bare if not outcome.case.factors],
+        **{name: [o for o in bare if name in o.case.factors] for name in FACTORS},
+        "some of all, again in Drake": [o for o in outcomes if o.engine == "drake"],
+    }
+    head = ["factor", "cases", "refused", "dual proxy: safe", "and stable"]
+    head += ["other schemes: safe", "and stable"]
+    has_gaps = any(outcome.not_made for outcome in outcomes)
     rows = []
-    for name in ("all", "nothing", *FACTORS):
-        inside = [
-            outcome
-            for outcome in outcomes
-            if name == "all"
-            or name in outcome.case.factors
-            or (name == "nothing" and not outcome.case.factors)
-        ]
-        ran = [outcome for outcome in inside if not outcome.refused]
+    for name, inside in groups.items():
+        ran = [outcome for outcome in inside if outcome.ran]
         own = [outcome for outcome in ran if outcome.case.scheme == _OWN]
         others = [outcome for outcome in ran if outcome.case.scheme != _OWN]
-        rows.append(
-            [
-                name,
-                *(str(len(inside)), str(len(inside) - len(ran))),
-                *(_share(o.safe for o in own), _share(o.stable for o in own)),
-                *(_share(o.safe for o in others), _share(o.stable for o in others)),
-            ]
-        )
-    head = ["factor", "cases", "refused", "dual proxy: safe", "and stable"]
-    return markdown_table([*head, "other schemes: safe", "and stable"], rows)
+        row = [name, str(len(inside)), str(sum(bool(o.refused) for o in inside))]
+        for group in (own, others):
+            row += [_share(o.safe for o in group), _share(o.stable for o in group)]
+        if has_gaps:
+            row += [str(sum(bool(o.not_made) for o in inside))]
+        rows.append(row)
+    return markdown_table([*head, *(["not made"] if has_gaps else [])], rows)
 
 
 def _share(passed: Any) -> str:
@@ -363,27 +540,36 @@ def _share(passed: Any) -> str:
     return f"{math.floor(1000 * sum(values) / len(values)) / 10:g} % of {len(values)}"
 
 
-def _failures(failures: Sequence[Outcome], bench: Bench) -> str:
+def _failures(failures: Sequence[Outcome]) -> str:
     """Each kind of failure once, with how often it came."""
     kinds: dict[tuple[str, ...], list[Outcome]] = {}
     for outcome in failures:
-        what = "safety" if not outcome.safe else "stability"
-        key = (outcome.case.scheme, what, " + ".join(sorted(outcome.case.factors)))
+        what = "stability" if outcome.safe else "safety"
+        key = (outcome.case.scheme, outcome.engine, what, outcome.factors)
         kinds.setdefault(key, []).append(outcome)
-    rows = []
-    for (scheme, what, factors), group in sorted(
-        kinds.items(), key=lambda item: -len(item[1])
-    ):
-        worst = group[0]
-        rows.append(
-            [
-                *(scheme, what, factors or "nothing", str(len(group))),
-                worst.wrong.replace("|", "/")[:160],
-                f"`dual-proxy stress --case {worst.case.number}`",
-            ]
-        )
-    head = ["scheme", "what", "fewest factors", "cases", "the first", "to repeat it"]
+    rows = [
+        [*kind, str(len(group)), *_example_cells(group[0])]
+        for kind, group in sorted(kinds.items(), key=lambda item: -len(item[1]))
+    ]
+    head = ["scheme", "engine", "what", "fewest factors", "cases", "the first"]
+    head += ["to repeat it"]
     return markdown_table(head, rows or [["-"] * len(head)])
+
+
+def _unstable(
+    groups: dict[tuple[str, str], list[Outcome]], examples: Sequence[Outcome]
+) -> str:
+    """How often each other scheme was not stable, with an example of each kind."""
+    rows = [
+        [*key, str(len(group)), example.factors, *_example_cells(example)]
+        for (key, group), example in zip(groups.items(), examples, strict=True)
+    ]
+    head = ["scheme", "what", "cases", "fewest factors", "an example", "to repeat it"]
+    return markdown_table(head, sorted(rows) or [["-"] * len(head)])
+
+
+def _example_cells(outcome: Outcome) -> list[str]:
+    return [outcome.wrong.replace("|", "/")[:160], f"`{outcome.command}`"]
 
 
 # What of a long run is told, and in which unit.
@@ -409,69 +595,43 @@ def _day(day: Outcome, plan: Plan) -> str:
     )
 
 
-def _map_table(axis: str, boundaries: Sequence[Boundary]) -> str:
-    of_axis = [b for b in boundaries if b.axis == axis]
-    values = list(dict.fromkeys(b.value for b in of_axis))
-    by_key = {(b.scheme, b.value): b for b in of_axis}
-    unit, factor = AXES[axis].unit, AXES[axis].factor
+def _map_table(name: str, cells: Sequence[Cell]) -> str:
+    of_map = [cell for cell in cells if cell.map == name]
+    values = list(dict.fromkeys(cell.value for cell in of_map))
+    by_key = {(cell.row, cell.value): cell_text(cell) for cell in of_map}
+    unit, factor = MAPS[name].unit, MAPS[name].factor
     return markdown_table(
-        ["scheme", *(f"{factor * value:g} {unit}" for value in values)],
+        ["", *(f"{factor * value:g} {unit}" for value in values)],
         (
-            [scheme, *(stiffness_text(by_key[scheme, v].stiffness) for v in values)]
-            for scheme in dict.fromkeys(b.scheme for b in of_axis)
+            [row, *(by_key[row, value] for value in values)]
+            for row in dict.fromkeys(cell.row for cell in of_map)
         ),
     )
 
 
-def repeat_command(case: Case, scenario: Scenario) -> str:
-    """Return the command of `dual-proxy run` that repeats a case."""
-    words = ["dual-proxy", "run", "plane" if case.scene == "reach" else case.scene]
-    words += ["--engine", "bare"]
-    base = base_scenario(words[2]).to_mapping()
-    for key, value in _differences(base, scenario.to_mapping()):
-        text = value if isinstance(value, str) else json.dumps(value)
-        words += ["--set", f"{key}={text}"]
-    return shlex.join(words)
-
-
-def _differences(
-    before: Mapping[str, Any], after: Mapping[str, Any], path: str = ""
-) -> list[tuple[str, Any]]:
-    found: list[tuple[str, Any]] = []
-    for key, value in after.items():
-        old = before.get(key)
-        if isinstance(value, Mapping) and isinstance(old, Mapping):
-            found += _differences(old, value, f"{path}{key}.")
-        elif value != old:
-            found.append((f"{path}{key}", value))
-    return found
-
-
 def _save(
     path: Path,
+    done: dict[str, Any],
     day: Outcome,
     outcomes: Sequence[Outcome],
     failures: Sequence[Outcome],
-    boundaries: Sequence[Boundary],
-    bench: Bench,
+    examples: Sequence[Outcome],
+    cells: Sequence[Cell],
 ) -> None:
     """Save stress.json."""
     content = {
+        "done": done,
         "day": _record(day) | {"watched": day.watched},
         "cases": [_record(outcome) for outcome in outcomes],
-        "failures": [
-            _record(outcome)
-            | {"command": repeat_command(outcome.case, bench.scenario(outcome.case))}
-            for outcome in failures
-        ],
-        "boundaries": [
-            b._asdict()
-            | {"stiffness": None if math.isinf(b.stiffness) else b.stiffness}
-            for b in boundaries
+        "failures": [_record(o) | {"command": o.command} for o in failures],
+        "unstable": [_record(o) | {"command": o.command} for o in examples],
+        "maps": [
+            cell._asdict() | ({"low": None, "high": None} if cell.not_made else {})
+            for cell in cells
         ],
     }
     text = json.dumps(content, indent=1, allow_nan=False)
-    replace_file(path / "stress.json", f"{text}\n".encode())
+    replace_file(path / _RESULTS, f"{text}\n".encode())
 
 
 def _record(outcome: Outcome) -> dict[str, Any]:
@@ -483,5 +643,6 @@ def _record(outcome: Outcome) -> dict[str, Any]:
         "factors": list(outcome.case.factors),
         "refused": outcome.refused,
         "failure": outcome.failure,
+        "not_made": outcome.not_made,
         **outcome.verdict._asdict(),
     }

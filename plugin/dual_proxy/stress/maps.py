@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Up to which stiffness a scheme is stable: boundaries by bisection."""
+"""Maps of stability: of a stiffness or a gain, the range in which all comes to
+rest."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,185 +14,333 @@ from dual_proxy.many_runs import Job, Result, RunsFolder, run_many
 from dual_proxy.run import change_scenario
 from dual_proxy.scenario import SCHEMES, Scenario, ScenarioError
 from dual_proxy.stress.cases import REST, REST_DELAYS
-from dual_proxy.stress.verdict import judge
+from dual_proxy.stress.verdict import judge, rest_time, swings
 
-__all__ = ["AXES", "STIFFNESSES", "Axis", "Boundary", "draw_maps", "find_boundaries"]
+__all__ = ["MAPS", "Cell", "Map", "Scan", "cell_text", "draw_maps", "find_ranges"]
 
-#: N/m, of tool and surface together: the range that is looked at.
-STIFFNESSES = (1e2, 1e6)
-# Of the bisection, each of which halves a range on a logarithmic scale.
-_STEPS = 8
-_REST = 2.0  # s
+Overrides = dict[str, Any]
+
+# Of the bisection of each end of a range, which lies between two values of the
+# grid: each step halves what is between them, on a logarithmic scale.
+_STEPS = 4
+# s: the hand rests longer where a link is late.
+_REST_WITH_LINK = 16.0
 
 
-def _press(delay: float = 0.0) -> dict[str, Any]:
+def _press(rest: float = REST) -> Overrides:
     """Press on the table, 20 mm beyond, and stay there."""
-    end = 2.0 + REST + REST_DELAYS * delay
     return {
         "operator.waypoints": [
             {"time": 0.0, "position": [0.45, 0.0, 0.48]},
             {"time": 2.0, "position": [0.45, 0.0, 0.39]},
-            {"time": end, "position": [0.45, 0.0, 0.39]},
+            {"time": 2.0 + rest, "position": [0.45, 0.0, 0.39]},
         ],
+        # It moves what is stable, too.
+        "sensor.force_noise_std": 0.0,
     }
 
 
-class Axis(NamedTuple):
-    """What a boundary goes along."""
+class Scan(NamedTuple):
+    """What is tried."""
 
+    key: str
     label: str
+    grid: tuple[float, ...]
+    """Its values; the ends of a range are looked for between them."""
+
+
+class Map(NamedTuple):
+    """For each row and column a range of what is tried."""
+
+    title: str
+    rows: Mapping[str, Overrides]
+    """By name."""
+    label: str
+    """Of the columns."""
     unit: str
     factor: float
     """From SI units to that unit."""
     values: tuple[float, ...]
-    overrides: Callable[[float], dict[str, Any]]
+    overrides: Callable[[float], Overrides]
+    """Of a column."""
+    scan: Scan
 
+
+# Of tool and surface together.
+_STIFFNESS = Scan(
+    "scene.contact_stiffness",
+    "contact stiffness, N/m",
+    tuple(10 ** (i / 2) for i in range(4, 13)),
+)
+_GAIN = Scan(
+    "controller.force_gain",
+    "force_gain",
+    tuple(10 ** (i / 2) for i in range(-2, 5)),
+)
+_BY_SCHEME: dict[str, Overrides] = {name: {"scheme": name} for name in SCHEMES}
+# What the force sensor says is nothing to the others.
+_SENSES = ("dual_proxy", "position_force", "four_channel", "model_mediated")
+_BY_STIFFNESS: dict[str, Overrides] = {
+    f"{stiffness:.0e} N/m".replace("e+0", "e"): {"scene.contact_stiffness": stiffness}
+    for stiffness in (1e3, 3e3, 1e4, 3e4, 1e5, 3e5)
+}
 
 #: By name.
-AXES: dict[str, Axis] = {
-    "delay": Axis(
+MAPS: dict[str, Map] = {
+    "delay": Map(
+        "stable stiffness, over the link's delay",
+        _BY_SCHEME,
         *("delay, one way", "ms", 1e3),
         (0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 3.0),
-        lambda value: {"link.delay": value} | _press(value),
+        lambda value: (
+            {"link.delay": value} | _press(_REST_WITH_LINK + REST_DELAYS * value)
+        ),
+        _STIFFNESS,
     ),
-    "control period": Axis(
+    "control period": Map(
+        "stable stiffness, over the control period",
+        _BY_SCHEME,
         *("control period", "ms", 1e3),
         (0.00025, 0.0005, 0.001, 0.0015, 0.002, 0.003, 0.004),
         lambda value: {"control_period": value, "scene.time_step": 2.5e-4},
+        _STIFFNESS,
     ),
-    "sensor delay": Axis(
+    "sensor delay": Map(
+        "stable stiffness, over the sensor's delay",
+        {name: _BY_SCHEME[name] for name in _SENSES},
         *("delay of the force sensor", "ms", 1e3),
         (0.0, 0.001, 0.002, 0.004, 0.008, 0.016),
         lambda value: {"sensor.delay": value},
+        _STIFFNESS,
+    ),
+    "force gain, sensor delay": Map(
+        "stable force_gain, over the sensor's delay",
+        _BY_STIFFNESS,
+        *("delay of the force sensor", "ms", 1e3),
+        (0.0, 0.001, 0.002, 0.004, 0.008, 0.016),
+        lambda value: {"sensor.delay": value},
+        _GAIN,
+    ),
+    "force gain, torque delay": Map(
+        "stable force_gain, over the torques' delay",
+        _BY_STIFFNESS,
+        *("delay of torques", "periods", 1.0),
+        (0.0, 1.0, 2.0, 3.0, 4.0),
+        lambda value: {"mismatch.torque_delay": int(value)},
+        _GAIN,
     ),
 }
 
 
-class Boundary(NamedTuple):
-    """Of a scheme at a value of an axis."""
+class Cell(NamedTuple):
+    """What was found at a row and column of a map."""
 
-    axis: str
-    scheme: str
+    map: str
+    row: str
     value: float
-    stiffness: float
-    """N/m: the largest stable one that was found; 0 if the least is not,
-    infinite if the greatest is."""
+    low: float
+    high: float
+    """Of the widest range, what is stable and furthest apart; 0 if nothing is."""
+    ranges: int
+    """How many there are on the grid."""
     why: str
-    """What is wrong beyond it."""
+    """What is wrong where it ends, or begins."""
+    not_made: str
+    """Why a run of it is not there: then nothing else is known."""
 
 
-def find_boundaries(
+class _Tried(NamedTuple):
+    wrong: str
+    not_made: str = ""
+
+
+def find_ranges(
     folder: RunsFolder | None = None,
-    schemes: Sequence[str] = tuple(SCHEMES),
-    axes: Sequence[str] = tuple(AXES),
+    maps: Sequence[str] = tuple(MAPS),
+    rows: Sequence[str] | None = None,
     steps: int = _STEPS,
     workers: int | None = None,
     progress: Callable[[str], None] | None = None,
     cluster: str | None = None,
-) -> list[Boundary]:
-    """Find up to which stiffness each scheme is stable, at each value of each axis.
+) -> list[Cell]:
+    """Find the range that is stable, for each row and column of maps.
 
-    The tool of scene `plane` presses and stays; stable is what `judge` finds
-    nothing wrong with. What a scenario's checks refuse is beyond the boundary. All
-    boundaries are halved at the same time.
+    The tool of scene `plane` presses and stays; stable is what breaks no limit and
+    comes to rest (`judge`, `swings`). What a scenario's checks refuse is not. All
+    cells are looked at on the grid first, then both ends of the widest range are
+    halved, those of all cells at the same time.
+
+    Parameters
+    ----------
+    maps, rows : sequences of str
+        Of `MAPS`, and of their rows; by default all.
+    steps : int
+        How often a range's ends are halved.
+    folder, workers, progress, cluster
+        As for `run_many`.
     """
-    low, high = map(math.log, STIFFNESSES)
-    bases = {
-        scheme: change_scenario("plane", scheme=scheme, overrides=_press())
-        for scheme in schemes
-    }
+    base = change_scenario("plane", overrides=_press())
     points = [
-        (axis, scheme, value)
-        for axis in axes
-        for scheme in schemes
-        for value in AXES[axis].values
+        (name, row, value)
+        for name in maps
+        for row in MAPS[name].rows
+        if rows is None or row in rows
+        for value in MAPS[name].values
     ]
 
-    def try_all(logs: dict[tuple[str, str, float], float]) -> dict[Any, str]:
-        """Return what is wrong with each point at a stiffness."""
-        plan: dict[Any, Job] = {}
-        wrong = {}
-        for point, stiffness in logs.items():
-            axis, scheme, value = point
-            overrides = AXES[axis].overrides(value)
-            overrides["scene.contact_stiffness"] = math.exp(stiffness)
+    def try_all(asked: Sequence[tuple[_Point, float]]) -> list[_Tried]:
+        """Return what is wrong with each point at a value of what is tried."""
+        plan: dict[int, Job] = {}
+        tried: dict[int, _Tried] = {}
+        for place, ((name, row, value), x) in enumerate(asked):
+            a_map = MAPS[name]
+            overrides = a_map.rows[row] | a_map.overrides(value) | {a_map.scan.key: x}
             try:
-                scenario = bases[scheme].with_overrides(overrides)
+                scenario = base.with_overrides(overrides)
             except ScenarioError as error:
-                wrong[point] = f"refused: {error}"
+                tried[place] = _Tried(f"refused: {error}")
                 continue
-            name = f"{scheme} {axis} {value:g} {math.exp(stiffness):.0f}"
-            plan[point] = Job(name, scenario, "bare", _REST)
+            label = f"{name} {row} {value:g} {x:.3g}"
+            plan[place] = Job(label, scenario, "bare", rest_time(scenario))
         results = run_many(list(plan.values()), folder, workers, progress, cluster)
-        for (point, job), result in zip(plan.items(), results, strict=True):
-            wrong[point] = _what_is_wrong(result, job.scenario)
-        return wrong
+        for (place, job), result in zip(plan.items(), results, strict=True):
+            tried[place] = _what_is_wrong(result, job.scenario)
+        return [tried[place] for place in range(len(asked))]
 
-    least = try_all(dict.fromkeys(points, low))
-    most = try_all(dict.fromkeys(points, high))
-    ranges = {
-        point: (low, high) for point in points if not least[point] and most[point]
+    on_grid = [(point, x) for point in points for x in MAPS[point[0]].scan.grid]
+    found: dict[_Point, list[tuple[float, _Tried]]] = {point: [] for point in points}
+    for (point, x), what in zip(on_grid, try_all(on_grid), strict=True):
+        found[point].append((x, what))
+    widest = {point: _widest(values) for point, values in found.items()}
+    # Of each end of a range: what is stable, what is not.
+    ends = {
+        (point, side): [values[index][0], values[index + side][0]]
+        for point, values in found.items()
+        if (span := widest[point])
+        for side, index in ((-1, span[0]), (1, span[1]))
+        if 0 <= index + side < len(values)
     }
-    why = dict(most)
     for _ in range(steps):
-        middle = {point: sum(ends) / 2 for point, ends in ranges.items()}
-        for point, text in try_all(middle).items():
-            below, above = ranges[point]
-            if text:
-                ranges[point], why[point] = (below, middle[point]), text
-            else:
-                ranges[point] = (middle[point], above)
-    found = []
-    for point in points:
-        if point in ranges:
-            stiffness, text = math.exp(ranges[point][0]), why[point]
-        elif least[point]:
-            stiffness, text = 0.0, least[point]
-        else:
-            stiffness, text = math.inf, ""
-        found.append(Boundary(*point, stiffness, text))
-    return found
+        asked = [(point, math.sqrt(a * b)) for (point, _), (a, b) in ends.items()]
+        for end, (point, x), what in zip(
+            ends.items(), asked, try_all(asked), strict=True
+        ):
+            end[1][1 if what.wrong else 0] = x
+            found[point].append((x, what))
+    return [
+        _make_cell(
+            point,
+            found[point],
+            widest[point],
+            [ends.get((point, side), [None])[0] for side in (-1, 1)],
+        )
+        for point in points
+    ]
 
 
-def _what_is_wrong(result: Result, scenario: Scenario) -> str:
+_Point = tuple[str, str, float]
+
+
+def _what_is_wrong(result: Result, scenario: Scenario) -> _Tried:
+    if result.not_made:
+        return _Tried("", result.failure)
     if result.metrics is None:
-        return result.failure
-    return judge(result.metrics, scenario).wrong
+        return _Tried(result.failure)
+    wrong = judge(result.metrics, scenario).safety + swings(result.metrics, scenario)
+    return _Tried("; ".join(wrong))
 
 
-def stiffness_text(stiffness: float) -> str:
-    """Return a boundary as a table has it, in N/m."""
-    if stiffness == 0:
+def _stable_spans(values: Sequence[tuple[float, _Tried]]) -> list[tuple[int, int]]:
+    """The first and the last of neighbours that are stable."""
+    spans: list[tuple[int, int]] = []
+    for i, (_, what) in enumerate(values):
+        if what.wrong:
+            continue
+        if spans and spans[-1][1] == i - 1:
+            spans[-1] = (spans[-1][0], i)
+        else:
+            spans.append((i, i))
+    return spans
+
+
+def _widest(values: Sequence[tuple[float, _Tried]]) -> tuple[int, int] | None:
+    spans = _stable_spans(values)
+    return max(spans, key=lambda span: span[1] - span[0], default=None)
+
+
+def _make_cell(
+    point: _Point,
+    values: Sequence[tuple[float, _Tried]],
+    span: tuple[int, int] | None,
+    ends: Sequence[float | None],
+) -> Cell:
+    not_made = next((what.not_made for _, what in values if what.not_made), "")
+    if not_made:
+        return Cell(*point, math.nan, math.nan, 0, "", not_made)
+    if span is None:
+        return Cell(*point, 0.0, 0.0, 0, values[0][1].wrong, "")
+    grid = values[: len(MAPS[point[0]].scan.grid)]
+    low, high = (
+        grid[index][0] if end is None else end
+        for index, end in zip(span, ends, strict=True)
+    )
+    # Of what is not stable, nearest to the range.
+    outside = [
+        (abs(math.log(x / end)), what.wrong)
+        for x, what in values
+        for end in (low, high)
+        if what.wrong
+    ]
+    why = min(outside, default=(0.0, ""))[1]
+    return Cell(*point, low, high, len(_stable_spans(grid)), why, "")
+
+
+def cell_text(cell: Cell) -> str:
+    """Return a cell as a table has it: its widest range, rounded inwards."""
+    if cell.not_made:
+        return "not made"
+    if cell.ranges == 0:
         return "none"
-    return "all" if math.isinf(stiffness) else f"{stiffness:.2g}".replace("e+0", "e")
+    grid = MAPS[cell.map].scan.grid
+    if (cell.low, cell.high) == (grid[0], grid[-1]):
+        return "all"
+    text = f"{_number(cell.low, math.ceil)} - {_number(cell.high, math.floor)}"
+    return text if cell.ranges == 1 else f"{text} (1 of {cell.ranges})"
 
 
-def draw_maps(boundaries: Sequence[Boundary], path: Path) -> None:
-    """Draw each axis: the boundary of each scheme; above it is not stable."""
-    names = list(dict.fromkeys(boundary.axis for boundary in boundaries))
+def _number(value: float, rounded: Callable[[float], int]) -> str:
+    """Two digits of a value; what is off by rounding alone stays."""
+    digit = 10.0 ** (math.floor(math.log10(value) + 1e-9) - 1)
+    count = value / digit
+    whole = round(count) if abs(count - round(count)) < 1e-6 else rounded(count)
+    return f"{whole * digit:.2g}".replace("e+0", "e")
+
+
+def draw_maps(cells: Sequence[Cell], path: Path) -> None:
+    """Draw each map: a bar for each range."""
+    names = list(dict.fromkeys(cell.map for cell in cells))
     axes = make_axes(1, len(names), (4.6 * len(names), 4.2))
     for name, panel in zip(names, axes.flat, strict=True):
-        axis = AXES[name]
-        ticks = range(len(axis.values))
-        schemes = dict.fromkeys(b.scheme for b in boundaries if b.axis == name)
-        for number, scheme in enumerate(schemes):
-            heights = [
-                min(max(b.stiffness, STIFFNESSES[0] / 1.6), 1.6 * STIFFNESSES[1])
-                for b in boundaries
-                if (b.axis, b.scheme) == (name, scheme)
-            ]
-            # Lines that lie upon each other are moved a little.
-            shift = 1 + 0.04 * (number - len(schemes) / 2)
-            style = {"lw": 2.5} if scheme == "dual_proxy" else {"lw": 1.2}
-            panel.plot(
-                ticks, [shift * h for h in heights], "o-", ms=3, label=scheme, **style
+        a_map = MAPS[name]
+        rows = list(dict.fromkeys(cell.row for cell in cells if cell.map == name))
+        for number, row in enumerate(rows):
+            shift = 0.7 * ((number + 0.5) / len(rows) - 0.5)
+            of_row = [c for c in cells if (c.map, c.row) == (name, row) and c.ranges]
+            panel.vlines(
+                [a_map.values.index(cell.value) + shift for cell in of_row],
+                [cell.low for cell in of_row],
+                [cell.high for cell in of_row],
+                color=f"C{number}",
+                lw=4 if row == "dual_proxy" else 2.5,
+                label=row,
             )
         panel.set_yscale("log")
-        panel.set_xticks(list(ticks), [f"{axis.factor * v:g}" for v in axis.values])
-        panel.set_xlabel(f"{axis.label}, {axis.unit}")
-        panel.set_title(f"stable below, over the {name}", fontsize=10)
-        for limit in STIFFNESSES:
-            panel.axhline(limit, color="0.6", lw=0.8, ls="--")
-    axes[0, 0].set_ylabel("contact stiffness, N/m")
-    axes[0, 0].legend(fontsize=7, frameon=False)
+        panel.set_ylim(a_map.scan.grid[0] / 1.6, 1.6 * a_map.scan.grid[-1])
+        panel.set_xlim(-0.5, len(a_map.values) - 0.5)
+        ticks = range(len(a_map.values))
+        panel.set_xticks(list(ticks), [f"{a_map.factor * v:g}" for v in a_map.values])
+        panel.set_xlabel(f"{a_map.label}, {a_map.unit}")
+        panel.set_ylabel(a_map.scan.label)
+        panel.set_title(a_map.title, fontsize=10)
+        panel.legend(fontsize=6, frameon=False, ncols=2, loc="lower left")
     save_axes(axes, path)
