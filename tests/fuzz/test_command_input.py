@@ -34,7 +34,7 @@ OPTIONS = {
     "run": "scheme delay duration seed recording recording-units recording-scale set "
     "engine",
     "compare": "schemes delays hands seeds set engine jobs cluster",
-    "stress": "cases first case jobs",
+    "stress": "cases first case jobs only engine",
     "reproduce": "engine jobs",
 }
 

@@ -253,7 +253,8 @@ def test_failed_runs_do_not_lose_the_others(tmp_path):
     with RunsFolder(tmp_path, "test") as folder:
         results = run_many(jobs, folder, 1, lines.append)
         assert [result.status for result in results] == [3, 0, 2, 0]
-        assert results[0].failure == "the process of the run ended with exit code 7"
+        why = "the process of the run ended with exit code 7, 2 times"
+        assert results[0].failure == f"not made: {why}"
         assert "contact_approximation: expected" in results[2].failure
         assert results[0].metrics is results[2].metrics is None
         assert results[1].metrics["finite"]

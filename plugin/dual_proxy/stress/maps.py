@@ -319,8 +319,12 @@ def _number(value: float, rounded: Callable[[float], int]) -> str:
 def draw_maps(cells: Sequence[Cell], path: Path) -> None:
     """Draw each map: a bar for each range."""
     names = list(dict.fromkeys(cell.map for cell in cells))
-    axes = make_axes(1, len(names), (4.6 * len(names), 4.2))
-    for name, panel in zip(names, axes.flat, strict=True):
+    columns = min(3, len(names))
+    lines = math.ceil(len(names) / columns)
+    axes = make_axes(lines, columns, (5.2 * columns, 4.8 * lines))
+    for panel in axes.flat[len(names) :]:
+        panel.set_axis_off()
+    for name, panel in zip(names, axes.flat, strict=False):
         a_map = MAPS[name]
         rows = list(dict.fromkeys(cell.row for cell in cells if cell.map == name))
         for number, row in enumerate(rows):
@@ -342,5 +346,6 @@ def draw_maps(cells: Sequence[Cell], path: Path) -> None:
         panel.set_xlabel(f"{a_map.label}, {a_map.unit}")
         panel.set_ylabel(a_map.scan.label)
         panel.set_title(a_map.title, fontsize=10)
-        panel.legend(fontsize=6, frameon=False, ncols=2, loc="lower left")
+        place = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14)}
+        panel.legend(fontsize=7, frameon=False, ncols=4, **place)
     save_axes(axes, path)
