@@ -76,7 +76,7 @@ class Message:
         m, of the device's gripper, on the way to the robot; NaN: none.
         """
     @gripper_opening.setter
-    def gripper_opening(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def gripper_opening(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def send_time(self) -> float:
@@ -84,7 +84,7 @@ class Message:
         Sender's clock, s.
         """
     @send_time.setter
-    def send_time(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def send_time(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def sequence(self) -> int:
@@ -92,7 +92,7 @@ class Message:
         0, 1, 2, ...; -1: nothing has come yet.
         """
     @sequence.setter
-    def sequence(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def sequence(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def tag(self) -> int:
@@ -100,7 +100,7 @@ class Message:
         What it holds; 0: nothing.
         """
     @tag.setter
-    def tag(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def tag(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
 class PoseMessage:
     """
@@ -151,7 +151,7 @@ class PoseMessage:
         m, of the device's gripper, on the way to the robot; NaN: none.
         """
     @gripper_opening.setter
-    def gripper_opening(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def gripper_opening(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def moment_selection(self) -> numpy.typing.NDArray[numpy.float64]:
@@ -167,7 +167,7 @@ class PoseMessage:
         Pose: X_DH or X_BE.
         """
     @pose.setter
-    def pose(self, arg0: Pose) -> None:
+    def pose(self, arg1: Pose) -> None:
         ...
     @property
     def send_time(self) -> float:
@@ -175,7 +175,7 @@ class PoseMessage:
         Sender's clock, s.
         """
     @send_time.setter
-    def send_time(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def send_time(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def sequence(self) -> int:
@@ -183,7 +183,7 @@ class PoseMessage:
         0, 1, 2, ...; -1: nothing has come yet.
         """
     @sequence.setter
-    def sequence(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def sequence(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
 class ForceMessage:
     """
@@ -220,7 +220,7 @@ class ForceMessage:
         Sender's clock, s.
         """
     @send_time.setter
-    def send_time(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def send_time(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
     def sequence(self) -> int:
@@ -228,7 +228,7 @@ class ForceMessage:
         0, 1, 2, ...; -1: nothing has come yet.
         """
     @sequence.setter
-    def sequence(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def sequence(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
 class PoseSenderParams:
     """
@@ -356,7 +356,7 @@ class CommunicationChannelParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'delay': 's, in [0, 10]: of every message, one way; a scenario refuses one that is not a message interval less than max_age, default 0', 'jitter': 's, >= 0: standard deviation of the normal whose absolute value is added to the delay of each message: none is early, default 0', 'loss': 'in [0, 1]: probability that a message is lost; a dead link has 1, default 0', 'reordering': 'true: a message may overtake an earlier one, as with UDP; false: it arrives no earlier than those sent before it, as with TCP, default true', 'outages': 'list of : [start, end] each, s: every message sent from start until end is lost'}
+    fields: typing.ClassVar[dict] = {'delay': 's, in [0, 10]: of every message, one way; a scenario refuses one that is not a message interval less than max_age, default 0', 'jitter': 's, in [0, 10]: standard deviation of the normal whose absolute value is added to the delay of each message: none is early, default 0', 'loss': 'in [0, 1]: probability that a message is lost; a dead link has 1, default 0', 'reordering': 'true: a message may overtake an earlier one, as with UDP; false: it arrives no earlier than those sent before it, as with TCP, default true', 'outages': 'list of : [start, end] each, s: every message sent from start until end is lost'}
     def __copy__(self) -> CommunicationChannelParams:
         ...
     def __deepcopy__(self, memo: dict) -> CommunicationChannelParams:
@@ -389,7 +389,7 @@ class CommunicationChannelParams:
     @property
     def jitter(self) -> float:
         """
-        s, >= 0: standard deviation of the normal whose absolute value is added to the delay of each message: none is early, default 0
+        s, in [0, 10]: standard deviation of the normal whose absolute value is added to the delay of each message: none is early, default 0
         """
     @jitter.setter
     def jitter(self, arg1: typing.Any) -> None:
@@ -669,7 +669,7 @@ class LinkFrame:
         1: clutch pressed, 2: holding, 4: fault; or a sum.
         """
     @flags.setter
-    def flags(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def flags(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def message(self) -> Message:
@@ -685,7 +685,7 @@ class LinkFrame:
         0, 1, 2, ... in a session.
         """
     @number.setter
-    def number(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def number(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def session(self) -> int:
@@ -693,7 +693,7 @@ class LinkFrame:
         Of a start of the sender; not 0.
         """
     @session.setter
-    def session(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def session(self, arg1: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
     def time(self) -> float:
@@ -701,7 +701,7 @@ class LinkFrame:
         When it was made, sender's clock, s.
         """
     @time.setter
-    def time(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def time(self, arg1: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
 class ClockOffsetParams:
     """
@@ -988,7 +988,7 @@ class WorkspaceMapParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'R_DB': "(3, 3), a rotation matrix: maps coordinates in the robot base frame B to the device base frame D (the paper's R_{h-r}), default identity", 'p_cw': "(3,), m: in B: robot position that belongs to the device's home (clutch), default 0", 'R_cw': "(3, 3), a rotation matrix: robot orientation R_BE that belongs to the device's home, default identity", 'scale': '> 0: metres of the robot per metre of the device; 2.5 in the paper, default 2.5'}
+    fields: typing.ClassVar[dict] = {'R_DB': "(3, 3), a rotation matrix: maps coordinates in the robot base frame B to the device base frame D (the paper's R_{h-r}), default identity", 'p_cw': "(3,), m: in B: robot position that belongs to the device's home (clutch), default 0", 'R_cw': "(3, 3), a rotation matrix: robot orientation R_BE that belongs to the device's home, default identity", 'scale': 'in [0.001, 1000]: metres of the robot per metre of the device; 2.5 in the paper, default 2.5'}
     def __copy__(self) -> WorkspaceMapParams:
         ...
     def __deepcopy__(self, memo: dict) -> WorkspaceMapParams:
@@ -1037,7 +1037,7 @@ class WorkspaceMapParams:
     @property
     def scale(self) -> float:
         """
-        > 0: metres of the robot per metre of the device; 2.5 in the paper, default 2.5
+        in [0.001, 1000]: metres of the robot per metre of the device; 2.5 in the paper, default 2.5
         """
     @scale.setter
     def scale(self, arg1: typing.Any) -> None:
@@ -2655,7 +2655,7 @@ class ForceTorqueAdapterParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'max_force': 'N, > 0: that the sensor measures, per axis: a sample beyond it is none, and refused like one that is not finite, default 500', 'max_moment': 'N m, > 0: likewise, default 50', 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
+    fields: typing.ClassVar[dict] = {'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, 0 or >= 0.01: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'max_force': 'N, > 0: that the sensor measures, per axis: a sample beyond it is none, and refused like one that is not finite, default 500', 'max_moment': 'N m, > 0: likewise, default 50', 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
     def __copy__(self) -> ForceTorqueAdapterParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceTorqueAdapterParams:
@@ -2680,7 +2680,7 @@ class ForceTorqueAdapterParams:
     @property
     def cutoff(self) -> float:
         """
-        Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0
+        Hz, 0 or >= 0.01: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0
         """
     @cutoff.setter
     def cutoff(self, arg1: typing.Any) -> None:
@@ -3120,7 +3120,7 @@ class FrictionFeedbackParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'gain': 'in [0, 1): share of the friction that is fed forward; 0 is off, as printed; at 1 nothing would be left that dissipates, default 0', 'cutoff': 'Hz, > 0: low-pass on the sensed friction, default 1', 'max_friction': '>= 0: bound on the friction, as a share of the force in force space: what else pushes against the tool is no friction, default 0.5', 'max_energy': 'J, >= 0: of what friction has dissipated, how much may be spent later, default 0.01', 'settling_time': 's, >= 0: before the friction of a new contact counts: an impact pushes sideways and back, default 0.2'}
+    fields: typing.ClassVar[dict] = {'gain': 'in [0, 1): share of the friction that is fed forward; 0 is off, as printed; at 1 nothing would be left that dissipates, default 0', 'cutoff': 'Hz, >= 0.01: low-pass on the sensed friction, default 1', 'max_friction': '>= 0: bound on the friction, as a share of the force in force space: what else pushes against the tool is no friction, default 0.5', 'max_energy': 'J, >= 0: of what friction has dissipated, how much may be spent later, default 0.01', 'settling_time': 's, >= 0: before the friction of a new contact counts: an impact pushes sideways and back, default 0.2'}
     def __copy__(self) -> FrictionFeedbackParams:
         ...
     def __deepcopy__(self, memo: dict) -> FrictionFeedbackParams:
@@ -3145,7 +3145,7 @@ class FrictionFeedbackParams:
     @property
     def cutoff(self) -> float:
         """
-        Hz, > 0: low-pass on the sensed friction, default 1
+        Hz, >= 0.01: low-pass on the sensed friction, default 1
         """
     @cutoff.setter
     def cutoff(self, arg1: typing.Any) -> None:
@@ -3188,7 +3188,7 @@ class ForceLoopParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'gain': '>= 0: Kpf, default 2.5', 'integral_gain': '1/s, >= 0: Kif, default 5.5', 'damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': 'N, >= 0: bound on |Kpf e|; 0 is none, default 0', 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'integral_delay': 's, >= 0: before a new contact is integrated, default 0', 'speed_limit': 'm/s, > 0: how fast the loop may move the tool, default 0.1', 'filter_cutoff': 'Hz, >= 0: low-pass on the sensed force; 0 is off, default 100', 'release_time': 's, >= 0: in which the force of an integral that a new selection has no room for fades to 5 %; 0 drops it at once, default 0.03', 'passivity': "TimeDomainPassivityParams: its period is ignored: the loop's own holds", 'period': 's, > 0: between updates, default 0.001'}
+    fields: typing.ClassVar[dict] = {'gain': '>= 0: Kpf, default 2.5', 'integral_gain': '1/s, >= 0: Kif, default 5.5', 'damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': 'N, >= 0: bound on |Kpf e|; 0 is none, default 0', 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'integral_delay': 's, >= 0: before a new contact is integrated, default 0', 'speed_limit': 'm/s, > 0: how fast the loop may move the tool, default 0.1', 'filter_cutoff': 'Hz, 0 or >= 0.01: low-pass on the sensed force; 0 is off, default 100', 'release_time': 's, >= 0: in which the force of an integral that a new selection has no room for fades to 5 %; 0 drops it at once, default 0.03', 'passivity': "TimeDomainPassivityParams: its period is ignored: the loop's own holds", 'period': 's, > 0: between updates, default 0.001'}
     def __copy__(self) -> ForceLoopParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceLoopParams:
@@ -3221,7 +3221,7 @@ class ForceLoopParams:
     @property
     def filter_cutoff(self) -> float:
         """
-        Hz, >= 0: low-pass on the sensed force; 0 is off, default 100
+        Hz, 0 or >= 0.01: low-pass on the sensed force; 0 is off, default 100
         """
     @filter_cutoff.setter
     def filter_cutoff(self, arg1: typing.Any) -> None:
@@ -3406,7 +3406,7 @@ class OperationalSpaceControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'motion': 'one of "operational_space", "cartesian_impedance": the law of motion: a tool that accelerates alike in every posture, or one that is as stiff, default "operational_space"', 'impedance': 'CartesianImpedanceParams: of motion "cartesian_impedance", in place of position_stiffness to rotation_damping', 'position_stiffness': '1/s^2, >= 0: Kpm, default 500', 'position_damping': '1/s, >= 0: Kvm, default 40', 'rotation_stiffness': '1/s^2, >= 0: Kpm of orientation, default 600', 'rotation_damping': '1/s, >= 0: Kvm of orientation, default 38', 'motion_speed_limit': 'm/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0', 'rotation_speed_limit': 'rad/s, >= 0: likewise of orientation; 0 is none, default 0', 'force_gain': '>= 0: Kpf, default 2.5', 'force_integral_gain': '1/s, >= 0: Kif, default 5.5', 'force_damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': "N, >= 0: bound on |Kpf e|, so that a force far from the reference, as of a bias, is answered no faster than the arm's torques can turn round; 0 is none, default 0", 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0', 'moment_gain': '>= 0: Kpf of moments, default 2.5', 'moment_integral_gain': '1/s, >= 0: Kif of moments, default 5.5', 'moment_damping': 'N m s/rad, >= 0: Kvf of moments, default 0.8', 'max_proportional_moment': 'N m, >= 0: bound on |Kpf e| of moments; 0 is none, default 0', 'max_integral_moment': 'N m, >= 0: bound on |Kif int e| of moments, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, >= 0: low-pass on the sensed wrench; 0 is off, default 100', 'feed_forward': "true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true", 'acceleration_feed_forward': 'false: of the two only the velocity, which spares the rate of the torques, as on hardware, default true', 'selection_blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03', 'friction_feedback': 'FrictionFeedbackParams: of what a tool that slides feels', 'passivity': 'whether the passivity controllers of both loops act; they always observe, default true', 'force_passivity': 'TimeDomainPassivityParams: of the force loop; its enabled and period are ignored', 'moment_passivity': 'TimeDomainPassivityParams: of the moment loop, N m s/rad and J; its enabled and period are ignored', 'unit_mass_motion_force': 'true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, as it always is of motion "cartesian_impedance", default true', 'unit_inertia_motion_moment': 'true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed; likewise, default false', 'q_rest': '(7,), rad: posture kept in the null space, default [0, -0.785398, 0, -2.35619, 0, 1.5708, 0.785398]', 'posture_stiffness': '1/s^2, >= 0: of the posture, default 25', 'posture_damping': '1/s, >= 0: of the posture, default 10', 'posture_speed_limit': 'rad/s, >= 0: how fast a joint may take up its posture; 0 is none, default 0', 'max_mass': 'kg, > 0: apparent masses up to here are exact; beyond, towards a singularity, the apparent mass falls to zero, default 50', 'characteristic_length': 'm, > 0: lever that turns rotational inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams: ends and speeds of the joints', 'torque_limit': '(7,), N m, > 0: of each joint, default [87, 87, 87, 87, 12, 12, 12]', 'torque_rate_limit': 'N m/s, > 0: of each joint, default 1000', 'torque_margin': 'in [0, 1): share of both torque limits that is kept free, default 0.05', 'gravity_compensation': "whether the torque holds the arm's weight; false for an arm that does so itself, as Franka's, default true", 'period': 's, > 0: of control, default 0.001'}
+    fields: typing.ClassVar[dict] = {'motion': 'one of "operational_space", "cartesian_impedance": the law of motion: a tool that accelerates alike in every posture, or one that is as stiff, default "operational_space"', 'impedance': 'CartesianImpedanceParams: of motion "cartesian_impedance", in place of position_stiffness to rotation_damping', 'position_stiffness': '1/s^2, >= 0: Kpm, default 500', 'position_damping': '1/s, >= 0: Kvm, default 40', 'rotation_stiffness': '1/s^2, >= 0: Kpm of orientation, default 600', 'rotation_damping': '1/s, >= 0: Kvm of orientation, default 38', 'motion_speed_limit': 'm/s, >= 0: how fast an error of position may be closed, as by a tool that a contact kept from its proxy; 0 is none, default 0', 'rotation_speed_limit': 'rad/s, >= 0: likewise of orientation; 0 is none, default 0', 'force_gain': '>= 0: Kpf, default 2.5', 'force_integral_gain': '1/s, >= 0: Kif, default 5.5', 'force_damping': 'N s/m, >= 0: Kvf, default 20', 'max_proportional_force': "N, >= 0: bound on |Kpf e|, so that a force far from the reference, as of a bias, is answered no faster than the arm's torques can turn round; 0 is none, default 0", 'max_integral_force': 'N, >= 0: bound on |Kif int e|, default 10', 'force_integral_delay': 's, >= 0: before forces and moments of a new contact are integrated, default 0', 'moment_gain': '>= 0: Kpf of moments, default 2.5', 'moment_integral_gain': '1/s, >= 0: Kif of moments, default 5.5', 'moment_damping': 'N m s/rad, >= 0: Kvf of moments, default 0.8', 'max_proportional_moment': 'N m, >= 0: bound on |Kpf e| of moments; 0 is none, default 0', 'max_integral_moment': 'N m, >= 0: bound on |Kif int e| of moments, default 1', 'force_speed_limit': "m/s, > 0: how fast the tool may move in force space by the loop's own doing, default 0.1", 'moment_speed_limit': 'rad/s, > 0: likewise in moment space, default 1', 'force_filter_cutoff': 'Hz, 0 or >= 0.01: low-pass on the sensed wrench; 0 is off, default 100', 'feed_forward': "true: the limited proxy's velocity and acceleration are fed forward, so that the robot does not trail it by Kvm/Kpm; false: eq. (12) as printed, default true", 'acceleration_feed_forward': 'false: of the two only the velocity, which spares the rate of the torques, as on hardware, default true', 'selection_blend_time': 's, >= 0: in which a new selection takes over; 0 switches at once, as printed, default 0.03', 'friction_feedback': 'FrictionFeedbackParams: of what a tool that slides feels', 'passivity': 'whether the passivity controllers of both loops act; they always observe, default true', 'force_passivity': 'TimeDomainPassivityParams: of the force loop; its enabled and period are ignored', 'moment_passivity': 'TimeDomainPassivityParams: of the moment loop, N m s/rad and J; its enabled and period are ignored', 'unit_mass_motion_force': 'true: output motion_force is the command of a unit mass, Lambda^-1 F_m; false: F_m as printed, as it always is of motion "cartesian_impedance", default true', 'unit_inertia_motion_moment': 'true: output motion_moment is the command of a unit inertia; false: M_m, N m, as printed; likewise, default false', 'q_rest': '(7,), rad: posture kept in the null space, default [0, -0.785398, 0, -2.35619, 0, 1.5708, 0.785398]', 'posture_stiffness': '1/s^2, >= 0: of the posture, default 25', 'posture_damping': '1/s, >= 0: of the posture, default 10', 'posture_speed_limit': 'rad/s, >= 0: how fast a joint may take up its posture; 0 is none, default 0', 'max_mass': 'kg, > 0: apparent masses up to here are exact; beyond, towards a singularity, the apparent mass falls to zero, default 50', 'characteristic_length': 'm, > 0: lever that turns rotational inertia into mass for max_mass, default 0.2', 'joint_limits': 'JointLimitsParams: ends and speeds of the joints', 'torque_limit': '(7,), N m, > 0: of each joint, default [87, 87, 87, 87, 12, 12, 12]', 'torque_rate_limit': 'N m/s, > 0: of each joint, default 1000', 'torque_margin': 'in [0, 1): share of both torque limits that is kept free, default 0.05', 'gravity_compensation': "whether the torque holds the arm's weight; false for an arm that does so itself, as Franka's, default true", 'period': 's, > 0: of control, default 0.001'}
     def __copy__(self) -> OperationalSpaceControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> OperationalSpaceControllerParams:
@@ -3463,7 +3463,7 @@ class OperationalSpaceControllerParams:
     @property
     def force_filter_cutoff(self) -> float:
         """
-        Hz, >= 0: low-pass on the sensed wrench; 0 is off, default 100
+        Hz, 0 or >= 0.01: low-pass on the sensed wrench; 0 is off, default 100
         """
     @force_filter_cutoff.setter
     def force_filter_cutoff(self, arg1: typing.Any) -> None:
@@ -4187,7 +4187,7 @@ class HapticControllerParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'method': 'one of "open_loop", "force_feedback", "position": for a light device, one with a force sensor, a heavy one, default "open_loop"', 'force_damping': "N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum; not with `position`, which has its own, default 27", 'force_gain': ">= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this; for heavy devices: with a light one the loop swings (a scenario refuses it), default 8", 'force_integral_gain': '1/s, >= 0: Kif_h, of force_feedback, default 30', 'max_integral_force': 'N, >= 0: bound on what the integral adds, default 10', 'force_filter_cutoff': 'Hz, >= 0: low-pass of the sensed force; 0 is none, default 30', 'position_stiffness': "N/m, >= 0: of `position`, towards the haptic proxy: the hand feels this / k_vir_h times the robot's force, as much as the robot where k_vir_r is this / map.scale, default 4000", 'position_damping': 'N s/m, >= 0: of `position`, in force space, default 150', 'position_force_rate': "N/s, > 0: bound on the change of that spring's force, whose proxy moves with each message, default 300", 'max_force': "N, >= 0: the device's maximum, default 12", 'max_moment': 'N m, >= 0: 0 for a device without moments, default 0', 'selection_blend_time': 's, >= 0: in which the damping of a new selection and new normals take over; 0 switches at once, as printed, default 0.03', 'period': "s, > 0: of the device's control, default 0.001"}
+    fields: typing.ClassVar[dict] = {'method': 'one of "open_loop", "force_feedback", "position": for a light device, one with a force sensor, a heavy one, default "open_loop"', 'force_damping': "N s/m, >= 0: Kvf_h: 90 % of the Omega.7's maximum; not with `position`, which has its own, default 27", 'force_gain': ">= 0: Kpf_h, of force_feedback: the hand feels the device's mass divided by 1 + this; for heavy devices: with a light one the loop swings (a scenario refuses it), default 8", 'force_integral_gain': '1/s, >= 0: Kif_h, of force_feedback, default 30', 'max_integral_force': 'N, >= 0: bound on what the integral adds, default 10', 'force_filter_cutoff': 'Hz, 0 or >= 0.01: low-pass of the sensed force; 0 is none, default 30', 'position_stiffness': "N/m, >= 0: of `position`, towards the haptic proxy: the hand feels this / k_vir_h times the robot's force, as much as the robot where k_vir_r is this / map.scale, default 4000", 'position_damping': 'N s/m, >= 0: of `position`, in force space, default 150', 'position_force_rate': "N/s, > 0: bound on the change of that spring's force, whose proxy moves with each message, default 300", 'max_force': "N, >= 0: the device's maximum, default 12", 'max_moment': 'N m, >= 0: 0 for a device without moments, default 0', 'selection_blend_time': 's, >= 0: in which the damping of a new selection and new normals take over; 0 switches at once, as printed, default 0.03', 'period': "s, > 0: of the device's control, default 0.001"}
     def __copy__(self) -> HapticControllerParams:
         ...
     def __deepcopy__(self, memo: dict) -> HapticControllerParams:
@@ -4220,7 +4220,7 @@ class HapticControllerParams:
     @property
     def force_filter_cutoff(self) -> float:
         """
-        Hz, >= 0: low-pass of the sensed force; 0 is none, default 30
+        Hz, 0 or >= 0.01: low-pass of the sensed force; 0 is none, default 30
         """
     @force_filter_cutoff.setter
     def force_filter_cutoff(self, arg1: typing.Any) -> None:
@@ -4445,7 +4445,7 @@ class OperatorPath:
     def __init__(self, params: OperatorPathParams = ...) -> None:
         ...
     @typing.overload
-    def __init__(self, times: typing.Any, points: typing.Any, interpolation: typing.Any = 'minimum_jerk', rotations: typing.Any | None = None) -> None:
+    def __init__(self, times: typing.Any, points: typing.Any, interpolation: typing.Any = 'minimum_jerk', rotations: typing.Any = None) -> None:
         """
         times: (n,), s. points: (3, n), m. rotations: (3, n), rad, or (3, 0) for none.
         """
@@ -4466,7 +4466,7 @@ class SimulatedHapticDeviceParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'hand_mass': 'kg, > 0: moving mass of the hand, default 0.5', 'hand_stiffness': 'N/m, >= 0: K of the pull to the intended position; a soft hand has 300, a firm one 600, default 600', 'hand_damping': 'N s/m, >= 0: B of the pull to the intended velocity, 10 to 30, default 30', 'device_mass': 'kg, > 0: moving mass of the device at the handle, default 0.25', 'device_damping': 'N s/m, >= 0: friction of the device, as viscous damping to its base, default 1', 'device_friction': 'N, >= 0: dry friction of the device, which also holds it still, default 0', 'max_force': 'N, >= 0: no larger force leaves the device, whatever is commanded, default 12', 'workspace_radius': 'm, > 0: about the x axis of D, default 0.08', 'workspace_half_length': 'm, > 0: along the x axis of D, default 0.055', 'resolution': 'm, >= 0: step of the position reading; 0 is none, default 1e-05', 'velocity_cutoff': 'Hz, >= 0: low-pass of the velocity reading; 0 is none, default 20', 'period': 's, > 0: of control, default 0.001'}
+    fields: typing.ClassVar[dict] = {'hand_mass': 'kg, in [0.001, 500]: moving mass of the hand, default 0.5', 'hand_stiffness': 'N/m, in [0, 1e+06]: K of the pull to the intended position; a soft hand has 300, a firm one 600, default 600', 'hand_damping': 'N s/m, in [0, 100000]: B of the pull to the intended velocity, 10 to 30, default 30', 'device_mass': 'kg, in [0.0001, 500]: moving mass of the device at the handle, default 0.25', 'device_damping': 'N s/m, in [0, 10000]: friction of the device, as viscous damping to its base, default 1', 'device_friction': 'N, in [0, 1000]: dry friction of the device, which also holds it still, default 0', 'max_force': 'N, in [0, 10000]: no larger force leaves the device, whatever is commanded, default 12', 'workspace_radius': 'm, in [0.001, 10]: about the x axis of D, default 0.08', 'workspace_half_length': 'm, in [0.001, 10]: along the x axis of D, default 0.055', 'resolution': 'm, in [0, 0.1]: step of the position reading; 0 is none, default 1e-05', 'velocity_cutoff': 'Hz, 0 or >= 0.01: low-pass of the velocity reading; 0 is none, default 20', 'period': 's, > 0: of control, default 0.001'}
     def __copy__(self) -> SimulatedHapticDeviceParams:
         ...
     def __deepcopy__(self, memo: dict) -> SimulatedHapticDeviceParams:
@@ -4491,7 +4491,7 @@ class SimulatedHapticDeviceParams:
     @property
     def device_damping(self) -> float:
         """
-        N s/m, >= 0: friction of the device, as viscous damping to its base, default 1
+        N s/m, in [0, 10000]: friction of the device, as viscous damping to its base, default 1
         """
     @device_damping.setter
     def device_damping(self, arg1: typing.Any) -> None:
@@ -4499,7 +4499,7 @@ class SimulatedHapticDeviceParams:
     @property
     def device_friction(self) -> float:
         """
-        N, >= 0: dry friction of the device, which also holds it still, default 0
+        N, in [0, 1000]: dry friction of the device, which also holds it still, default 0
         """
     @device_friction.setter
     def device_friction(self, arg1: typing.Any) -> None:
@@ -4507,7 +4507,7 @@ class SimulatedHapticDeviceParams:
     @property
     def device_mass(self) -> float:
         """
-        kg, > 0: moving mass of the device at the handle, default 0.25
+        kg, in [0.0001, 500]: moving mass of the device at the handle, default 0.25
         """
     @device_mass.setter
     def device_mass(self, arg1: typing.Any) -> None:
@@ -4515,7 +4515,7 @@ class SimulatedHapticDeviceParams:
     @property
     def hand_damping(self) -> float:
         """
-        N s/m, >= 0: B of the pull to the intended velocity, 10 to 30, default 30
+        N s/m, in [0, 100000]: B of the pull to the intended velocity, 10 to 30, default 30
         """
     @hand_damping.setter
     def hand_damping(self, arg1: typing.Any) -> None:
@@ -4523,7 +4523,7 @@ class SimulatedHapticDeviceParams:
     @property
     def hand_mass(self) -> float:
         """
-        kg, > 0: moving mass of the hand, default 0.5
+        kg, in [0.001, 500]: moving mass of the hand, default 0.5
         """
     @hand_mass.setter
     def hand_mass(self, arg1: typing.Any) -> None:
@@ -4531,7 +4531,7 @@ class SimulatedHapticDeviceParams:
     @property
     def hand_stiffness(self) -> float:
         """
-        N/m, >= 0: K of the pull to the intended position; a soft hand has 300, a firm one 600, default 600
+        N/m, in [0, 1e+06]: K of the pull to the intended position; a soft hand has 300, a firm one 600, default 600
         """
     @hand_stiffness.setter
     def hand_stiffness(self, arg1: typing.Any) -> None:
@@ -4539,7 +4539,7 @@ class SimulatedHapticDeviceParams:
     @property
     def max_force(self) -> float:
         """
-        N, >= 0: no larger force leaves the device, whatever is commanded, default 12
+        N, in [0, 10000]: no larger force leaves the device, whatever is commanded, default 12
         """
     @max_force.setter
     def max_force(self, arg1: typing.Any) -> None:
@@ -4555,7 +4555,7 @@ class SimulatedHapticDeviceParams:
     @property
     def resolution(self) -> float:
         """
-        m, >= 0: step of the position reading; 0 is none, default 1e-05
+        m, in [0, 0.1]: step of the position reading; 0 is none, default 1e-05
         """
     @resolution.setter
     def resolution(self, arg1: typing.Any) -> None:
@@ -4563,7 +4563,7 @@ class SimulatedHapticDeviceParams:
     @property
     def velocity_cutoff(self) -> float:
         """
-        Hz, >= 0: low-pass of the velocity reading; 0 is none, default 20
+        Hz, 0 or >= 0.01: low-pass of the velocity reading; 0 is none, default 20
         """
     @velocity_cutoff.setter
     def velocity_cutoff(self, arg1: typing.Any) -> None:
@@ -4571,7 +4571,7 @@ class SimulatedHapticDeviceParams:
     @property
     def workspace_half_length(self) -> float:
         """
-        m, > 0: along the x axis of D, default 0.055
+        m, in [0.001, 10]: along the x axis of D, default 0.055
         """
     @workspace_half_length.setter
     def workspace_half_length(self, arg1: typing.Any) -> None:
@@ -4579,7 +4579,7 @@ class SimulatedHapticDeviceParams:
     @property
     def workspace_radius(self) -> float:
         """
-        m, > 0: about the x axis of D, default 0.08
+        m, in [0.001, 10]: about the x axis of D, default 0.08
         """
     @workspace_radius.setter
     def workspace_radius(self, arg1: typing.Any) -> None:
@@ -4659,7 +4659,7 @@ class ForceTorqueSensorParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'force_noise_std': 'N, >= 0: standard deviation of white noise per axis and sample, default 0.2', 'moment_noise_std': 'N m, >= 0: likewise of moments, default 0.005', 'force_bias': '(3,), N: in S: constant error, default 0', 'moment_bias': '(3,), N m: in S: constant error, default 0', 'force_drift': '(3,), N/s: in S: by which force_bias goes on, default 0', 'force_step': 'N, >= 0: between the values that the sensor can give, default 0', 'moment_step': 'N m, >= 0: likewise of moments, default 0', 'dropout': 'in [0, 1]: share of samples that do not come: the last one stands, default 0', 'spike_rate': '1/s, in [0, 100]: of spikes, each one sample long, default 0', 'spike_force': 'N, >= 0: size of a spike, in any direction, default 20', 'delay': 's, in [0, 0.1]: before a sample comes, in whole periods, default 0', 'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'max_force': 'N, > 0: that the sensor measures, per axis: a sample beyond it is none, and refused like one that is not finite, default 500', 'max_moment': 'N m, > 0: likewise, default 50', 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
+    fields: typing.ClassVar[dict] = {'force_noise_std': 'N, >= 0: standard deviation of white noise per axis and sample, default 0.2', 'moment_noise_std': 'N m, >= 0: likewise of moments, default 0.005', 'force_bias': '(3,), N: in S: constant error, default 0', 'moment_bias': '(3,), N m: in S: constant error, default 0', 'force_drift': '(3,), N/s: in S: by which force_bias goes on, default 0', 'force_step': 'N, >= 0: between the values that the sensor can give, default 0', 'moment_step': 'N m, >= 0: likewise of moments, default 0', 'dropout': 'in [0, 1]: share of samples that do not come: the last one stands, default 0', 'spike_rate': '1/s, in [0, 100]: of spikes, each one sample long, default 0', 'spike_force': 'N, >= 0: size of a spike, in any direction, default 20', 'delay': 's, in [0, 0.1]: before a sample comes, in whole periods, default 0', 'tool_mass': 'kg, >= 0: beyond the sensor: its weight and inertia are removed, default 0', 'tool_com': '(3,), m: in S: centre of that mass, default 0', 'gravity': 'm/s^2, >= 0: along -z of B, default 9.81', 'cutoff': "Hz, 0 or >= 0.01: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0", 'max_force': 'N, > 0: that the sensor measures, per axis: a sample beyond it is none, and refused like one that is not finite, default 500', 'max_moment': 'N m, > 0: likewise, default 50', 'tare': "whether the sensor's bias is learned before anything moves; false: there is none until one is asked for, default false", 'tare_time': 's, in (0, 10]: how long the tool has to be at rest for it, default 0.5', 'tare_speed': "m/s, > 0: slower than this the tool's centre of mass is at rest, default 0.005", 'tare_max_force': 'N, > 0: a larger force on the resting tool is no bias: it touches something, or its mass is wrong, default 10', 'tare_max_noise': 'N, > 0: noise, standard deviation per axis, with which no bias is learned, default 1', 'period': 's, > 0: between samples, default 0.001'}
     def __copy__(self) -> ForceTorqueSensorParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceTorqueSensorParams:
@@ -4684,7 +4684,7 @@ class ForceTorqueSensorParams:
     @property
     def cutoff(self) -> float:
         """
-        Hz, >= 0: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0
+        Hz, 0 or >= 0.01: the sensor's own first-order low-pass, which what the tool's inertia does passes through, too; 0 is none, default 0
         """
     @cutoff.setter
     def cutoff(self, arg1: typing.Any) -> None:
@@ -5574,7 +5574,7 @@ class FourChannelParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'variant': 'one of "four_channel", "three_channel": whether the device acts on the robot\'s force, or on the hand\'s, so that three quantities go over the link, default "four_channel"', 'robot_stiffness': 'N/m, >= 0: Ks, default 440', 'robot_damping': 'N s/m, >= 0: Bs, default 88', 'max_robot_force': 'N, >= 0: bound on |F_c|, default 60', 'haptic_stiffness': "N/m, >= 0: Km, in the robot's scale, default 440", 'device_damping': 'N s/m, >= 0: of the device itself: Bm = this / (force_scale map.scale), default 27', 'force_scale': '> 0: kappa: share of f_d that the hand feels, default 1', 'device_mass': 'kg, >= 0: m: of the device, without the hand, default 0.25', 'device_friction': 'N s/m, >= 0: b: of the device, viscous, default 1', 'hand_force_cutoff': 'Hz, > 0: low-pass of the estimated force of the hand, default 20', 'release_rate': "N/s, > 0: at which the hand's force goes to zero without a link, default 20"}
+    fields: typing.ClassVar[dict] = {'variant': 'one of "four_channel", "three_channel": whether the device acts on the robot\'s force, or on the hand\'s, so that three quantities go over the link, default "four_channel"', 'robot_stiffness': 'N/m, >= 0: Ks, default 440', 'robot_damping': 'N s/m, >= 0: Bs, default 88', 'max_robot_force': 'N, >= 0: bound on |F_c|, default 60', 'haptic_stiffness': "N/m, >= 0: Km, in the robot's scale, default 440", 'device_damping': 'N s/m, >= 0: of the device itself: Bm = this / (force_scale map.scale), default 27', 'force_scale': '> 0: kappa: share of f_d that the hand feels, default 1', 'device_mass': 'kg, >= 0: m: of the device, without the hand, default 0.25', 'device_friction': 'N s/m, >= 0: b: of the device, viscous, default 1', 'hand_force_cutoff': 'Hz, >= 0.01: low-pass of the estimated force of the hand, default 20', 'release_rate': "N/s, > 0: at which the hand's force goes to zero without a link, default 20"}
     def __copy__(self) -> FourChannelParams:
         ...
     def __deepcopy__(self, memo: dict) -> FourChannelParams:
@@ -5631,7 +5631,7 @@ class FourChannelParams:
     @property
     def hand_force_cutoff(self) -> float:
         """
-        Hz, > 0: low-pass of the estimated force of the hand, default 20
+        Hz, >= 0.01: low-pass of the estimated force of the hand, default 20
         """
     @hand_force_cutoff.setter
     def hand_force_cutoff(self, arg1: typing.Any) -> None:
@@ -5806,7 +5806,7 @@ class WaveVariablesParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'wave_impedance': 'N s/m, > 0: b: small for free motion, large for stiff contact, default 40', 'robot_stiffness': 'N/m, >= 0: Ks, default 440', 'robot_damping': 'N s/m, >= 0: Bs; with that of wave_impedance no wave is thrown back before it has moved the robot, default 40', 'max_robot_force': 'N, >= 0: bound on |F_c|, default 60', 'force_scale': '> 0: kappa: share of f_d that the hand feels, default 1', 'wave_cutoff': 'Hz, >= 0: low-pass of received waves against the ripple of their messages, which makes the link 1 / (2 pi this) longer; 0 is none: a touch then comes to the hand in steps of newtons, default 20', 'healing_time': "s, >= 0: in which received waves make good what late and lost messages did; less than a message's interval is that, default 0.5", 'energy_reserve': 'J, >= 0: E_res: what may be played of each wave before it has come, default 0.05', 'release_rate': "N/s, > 0: at which the hand's force goes to zero without a link, default 20"}
+    fields: typing.ClassVar[dict] = {'wave_impedance': 'N s/m, > 0: b: small for free motion, large for stiff contact, default 40', 'robot_stiffness': 'N/m, >= 0: Ks, default 440', 'robot_damping': 'N s/m, >= 0: Bs; with that of wave_impedance no wave is thrown back before it has moved the robot, default 40', 'max_robot_force': 'N, >= 0: bound on |F_c|, default 60', 'force_scale': '> 0: kappa: share of f_d that the hand feels, default 1', 'wave_cutoff': 'Hz, 0 or >= 0.01: low-pass of received waves against the ripple of their messages, which makes the link 1 / (2 pi this) longer; 0 is none: a touch then comes to the hand in steps of newtons, default 20', 'healing_time': "s, >= 0: in which received waves make good what late and lost messages did; less than a message's interval is that, default 0.5", 'energy_reserve': 'J, >= 0: E_res: what may be played of each wave before it has come, default 0.05', 'release_rate': "N/s, > 0: at which the hand's force goes to zero without a link, default 20"}
     def __copy__(self) -> WaveVariablesParams:
         ...
     def __deepcopy__(self, memo: dict) -> WaveVariablesParams:
@@ -5887,7 +5887,7 @@ class WaveVariablesParams:
     @property
     def wave_cutoff(self) -> float:
         """
-        Hz, >= 0: low-pass of received waves against the ripple of their messages, which makes the link 1 / (2 pi this) longer; 0 is none: a touch then comes to the hand in steps of newtons, default 20
+        Hz, 0 or >= 0.01: low-pass of received waves against the ripple of their messages, which makes the link 1 / (2 pi this) longer; 0 is none: a touch then comes to the hand in steps of newtons, default 20
         """
     @wave_cutoff.setter
     def wave_cutoff(self, arg1: typing.Any) -> None:
@@ -6424,7 +6424,7 @@ class WindowMean:
     """
     def __init__(self, window: typing.SupportsFloat | typing.SupportsIndex) -> None:
         """
-        window: T, s, > 0.
+        window: T, s, in (0, 1e11].
         """
     def make_state(self) -> WindowMeanState:
         ...
@@ -8520,7 +8520,7 @@ class LinkParams:
     @property
     def jitter(self) -> float:
         """
-        s, >= 0: standard deviation of the normal whose absolute value is added to the delay of each message: none is early, default 0
+        s, in [0, 10]: standard deviation of the normal whose absolute value is added to the delay of each message: none is early, default 0
         """
     @jitter.setter
     def jitter(self, arg1: typing.Any) -> None:
@@ -9927,37 +9927,37 @@ def _example_blocks() -> list[_Block]:
     """
     See MakeExampleBlocks().
     """
-def _make_ArmKinematics(arg0: ArmModelParams) -> _Block:
+def _make_ArmKinematics(arm: ArmModelParams) -> _Block:
     ...
-def _make_CommunicationChannel(arg0: CommunicationChannelParams, arg1: typing.SupportsInt | typing.SupportsIndex, arg2: typing.SupportsFloat | typing.SupportsIndex, arg3: typing.SupportsFloat | typing.SupportsIndex, arg4: bool, arg5: typing.SupportsInt | typing.SupportsIndex) -> _Block:
+def _make_CommunicationChannel(params: CommunicationChannelParams, seed: typing.SupportsInt | typing.SupportsIndex, rate: typing.SupportsFloat | typing.SupportsIndex, period: typing.SupportsFloat | typing.SupportsIndex, counted: bool, tag: typing.SupportsInt | typing.SupportsIndex) -> _Block:
     ...
-def _make_ContactHistory(arg0: ContactHistoryParams) -> _Block:
+def _make_ContactHistory(params: ContactHistoryParams) -> _Block:
     ...
-def _make_ForceSpaceParticleFilter(arg0: ForceSpaceParticleFilterParams, arg1: typing.SupportsInt | typing.SupportsIndex) -> _Block:
+def _make_ForceSpaceParticleFilter(params: ForceSpaceParticleFilterParams, seed: typing.SupportsInt | typing.SupportsIndex) -> _Block:
     ...
-def _make_ForceTorqueSensor(arg0: ForceTorqueSensorParams, arg1: typing.Any, arg2: typing.SupportsInt | typing.SupportsIndex) -> _Block:
+def _make_ForceTorqueSensor(params: ForceTorqueSensorParams, p_SE: typing.Any, seed: typing.SupportsInt | typing.SupportsIndex) -> _Block:
     ...
-def _make_HapticController(arg0: HapticControllerParams) -> _Block:
+def _make_HapticController(params: HapticControllerParams) -> _Block:
     ...
-def _make_HapticSide(arg0: HapticSideParams, arg1: SimulatedHapticDeviceParams | None, arg2: OperatorPath | None) -> _Block:
+def _make_HapticSide(params: HapticSideParams, device: SimulatedHapticDeviceParams | None, path: OperatorPath | None) -> _Block:
     ...
-def _make_HapticSideProxy(arg0: HapticSideProxyParams) -> _Block:
+def _make_HapticSideProxy(params: HapticSideProxyParams) -> _Block:
     ...
-def _make_OperationalSpaceController(arg0: OperationalSpaceControllerParams, arg1: ArmModelParams) -> _Block:
+def _make_OperationalSpaceController(params: OperationalSpaceControllerParams, arm: ArmModelParams) -> _Block:
     ...
-def _make_PoseSender(arg0: PoseSenderParams) -> _Block:
+def _make_PoseSender(params: PoseSenderParams) -> _Block:
     ...
-def _make_RobotSide(arg0: RobotSideParams, arg1: ArmModelParams, arg2: typing.Any, arg3: ForceTorqueSensorParams | None, arg4: typing.Any, arg5: typing.SupportsInt | typing.SupportsIndex, arg6: typing.SupportsInt | typing.SupportsIndex, arg7: typing.SupportsInt | typing.SupportsIndex) -> _Block:
+def _make_RobotSide(params: RobotSideParams, arm: ArmModelParams, q_start: typing.Any, sensor: ForceTorqueSensorParams | None, p_SE: typing.Any, seed: typing.SupportsInt | typing.SupportsIndex, filter_seed: typing.SupportsInt | typing.SupportsIndex, angular_filter_seed: typing.SupportsInt | typing.SupportsIndex) -> _Block:
     ...
-def _make_RobotSideProxy(arg0: RobotSideProxyParams) -> _Block:
+def _make_RobotSideProxy(params: RobotSideProxyParams) -> _Block:
     ...
-def _make_SensorReaction(arg0: typing.SupportsInt | typing.SupportsIndex) -> _Block:
+def _make_SensorReaction(sensor_joint: typing.SupportsInt | typing.SupportsIndex) -> _Block:
     ...
-def _make_SimulatedHapticDevice(arg0: OperatorPath, arg1: SimulatedHapticDeviceParams) -> _Block:
+def _make_SimulatedHapticDevice(path: OperatorPath, params: SimulatedHapticDeviceParams) -> _Block:
     ...
-def _make_TeleopLoop(arg0: Scenario, arg1: ArmModelParams, arg2: typing.SupportsInt | typing.SupportsIndex, arg3: typing.Any) -> _Block:
+def _make_TeleopLoop(scenario: Scenario, arm: ArmModelParams, sensor_joint: typing.SupportsInt | typing.SupportsIndex, q_start: typing.Any) -> _Block:
     ...
-def _make_WindowMean(arg0: typing.SupportsFloat | typing.SupportsIndex, arg1: typing.SupportsFloat | typing.SupportsIndex) -> _Block:
+def _make_WindowMean(window: typing.SupportsFloat | typing.SupportsIndex, period: typing.SupportsFloat | typing.SupportsIndex) -> _Block:
     ...
 def _make_arm_engine(scenario: Scenario, arm: ArmModelParams, q_start: typing.Any, duration: typing.SupportsFloat | typing.SupportsIndex, rest: typing.SupportsFloat | typing.SupportsIndex | None = None) -> _ArmEngine:
     """
@@ -10051,13 +10051,14 @@ def encode_frame(frame: LinkFrame) -> bytes:
 def make_hardware_defaults(side: RobotSideParams) -> RobotSideParams:
     """
     A copy of `side`, RobotSideParams of a simulation, with what a Panda or FR3 at the end of a cable
-    needs otherwise: force_gain 0.5, as a torque acts two to three periods late, and actuation_delay 3;
-    no acceleration fed forward; no gravity compensation, which the arm adds itself; a robot that never
-    travels to where the hand is (proxy.reclutch), if its scheme can.
+    needs otherwise: force_gain and moment_gain at most 0.5, as a torque acts two to three periods late,
+    and actuation_delay 3; no acceleration fed forward; no gravity compensation, which the arm adds
+    itself; a robot that never travels to where the hand is (proxy.reclutch), so that a scheme whose
+    robot has to is not valid.
     """
 def rate_limit(previous: typing.Any, target: typing.Any, max_step: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
     """
-    The vector (3,) nearest to `target` within `max_step` (norm) of `previous`.
+    The vector (3,) nearest to `target` within `max_step` (norm, >= 0) of `previous`.
     """
 def run_filter_trial(params: FilterTrialParams = ..., filter: ForceSpaceParticleFilterParams = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0) -> FilterTrial:
     """
@@ -10068,7 +10069,7 @@ def run_filter_trial(params: FilterTrialParams = ..., filter: ForceSpaceParticle
     """
 def saturate(value: typing.Any, max_norm: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
     """
-    `value` (3,) shortened to `max_norm` if it is longer.
+    `value` (3,) shortened to `max_norm`, >= 0, if it is longer.
     """
 _FILTER_TRIAL_DRIVES: tuple = ('closed_loop', 'true_selection', 'kinematic', 'quasi_static')
 _FILTER_TRIAL_SCENES: tuple = ('free', 'plane', 'cylinder', 'inner_corner', 'step_edge', 'still', 'grazing', 'soft', 'pulled', 'pressed_corner', 'wall_at_rest', 'groove', 'slot', 'bore', 'chamfer')

@@ -251,7 +251,8 @@ TEST_F(ForceLoopTest, InvalidParamsNameTheField) {
   EXPECT_EQ(error([](P& p) { p.integral_delay = -1; }),
             negative("integral_delay"));
   EXPECT_EQ(error([](P& p) { p.filter_cutoff = -1; }),
-            negative("filter_cutoff"));
+            "ForceLoopParams: field `filter_cutoff` expected 0 or a finite "
+            "value >= 0.01, got -1");
   EXPECT_EQ(error([](P& p) { p.release_time = -1; }), negative("release_time"));
   EXPECT_EQ(error([](P& p) { p.period = 0; }),
             "ForceLoopParams: field `period` expected a finite value > 0, got "

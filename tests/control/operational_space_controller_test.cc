@@ -679,7 +679,10 @@ TEST_F(OperationalSpaceControllerTest, InvalidParamsNameTheField) {
   negative("moment_integral_gain", &P::moment_integral_gain);
   negative("moment_damping", &P::moment_damping);
   negative("max_integral_moment", &P::max_integral_moment);
-  negative("force_filter_cutoff", &P::force_filter_cutoff);
+  EXPECT_EQ(error([](P& p) { p.force_filter_cutoff = -1; }),
+            who +
+                "force_filter_cutoff` expected 0 or a finite value >= 0.01, "
+                "got -1");
   negative("selection_blend_time", &P::selection_blend_time);
   negative("posture_stiffness", &P::posture_stiffness);
   negative("posture_damping", &P::posture_damping);

@@ -773,8 +773,8 @@ TEST_F(MetricsTest, InvalidInputIsNamed) {
   params_.delay = 0;
   params_.map.scale = 0;
   EXPECT_EQ(error(),
-            "WorkspaceMapParams: field `scale` expected a finite value > 0, "
-            "got 0");
+            "WorkspaceMapParams: field `scale` expected a number in [0.001, "
+            "1000], got 0");
   params_.map.scale = 1;
   params_.control_period = 0;
   EXPECT_EQ(error(),

@@ -20,11 +20,7 @@ import dual_proxy as dp
 from dual_proxy.cli import main
 from dual_proxy.hardware.arms import ArmFault, SimulatedPanda
 from dual_proxy.hardware.events import Events
-from dual_proxy.hardware.robot_side import (
-    RobotSideProcess,
-    hardware_side_params,
-    replay_robot_side,
-)
+from dual_proxy.hardware.robot_side import RobotSideProcess, replay_robot_side
 from dual_proxy.hardware.side_log import SideLog
 
 zenoh = pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
@@ -296,16 +292,6 @@ def test_nothing_moves_unless_somebody_confirms():
     assert events.count("refused") == 1
     assert events.count("started") == 0
     assert (arm.state.q == q).all()
-
-
-def test_hardware_params_only_tighten():
-    scenario = dp.load_scenario("plane")
-    scenario.controller.force_gain = 0.2
-    params = hardware_side_params(scenario)
-    assert params.controller.force_gain == 0.2
-    assert not params.controller.gravity_compensation
-    assert params.proxy.reclutch
-    params.validate()
 
 
 def test_a_simulated_arm_stops_as_a_real_one():

@@ -24,7 +24,6 @@ from dual_proxy._core import (
     LinkFrame,
     PoseMessage,
     RobotCycle,
-    RobotSideParams,
     make_hardware_defaults,
 )
 from dual_proxy.hardware.arms import Arm, ArmFault, ArmReading
@@ -38,7 +37,6 @@ from dual_proxy.settings import dump_yaml, parse_yaml
 __all__ = [
     "Replayed",
     "RobotSideProcess",
-    "hardware_side_params",
     "replay_robot_side",
 ]
 
@@ -69,23 +67,12 @@ _HOLDS = {
 }
 
 
-def hardware_side_params(scenario: Scenario) -> RobotSideParams:
-    """Return the robot side's parameters of a scenario, made fit for a real arm.
-
-    A real arm's torques act two or three periods late, so the force loop's gain is at
-    most 0.5 and its passivity controllers know; the arm holds its own weight; its
-    torques' rate is not spent on accelerations fed forward; and it never travels to
-    where the hand is.
-    """
-    return make_hardware_defaults(scenario.robot_side_params())
-
-
 def make_cycle(
     scenario: Scenario, adapter: ForceTorqueAdapterParams, tool_mass: float
 ) -> RobotCycle:
     """Return the cycle of a scenario's robot side on a real Panda."""
     return RobotCycle(
-        side=hardware_side_params(scenario),
+        side=make_hardware_defaults(scenario.robot_side_params()),
         model=PandaModel(tool_mass, scenario.scene.gravity).arm_params,
         sensor=adapter,
         p_SE=p_SE_S,
@@ -132,7 +119,7 @@ class RobotSideProcess:
             )
         adapter.period = scenario.control_period
         self._model = PandaModel(mass, scenario.scene.gravity)
-        self.params = hardware_side_params(scenario)
+        self.params = make_hardware_defaults(scenario.robot_side_params())
         self._cycle = make_cycle(scenario, adapter, mass)
         self._seeds = make_seeds(scenario)
         self.state = self._cycle.make_state(*self._seeds)
