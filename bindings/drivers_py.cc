@@ -11,6 +11,7 @@ namespace dual_proxy {
 
 void BindOmega(py::module_& m);
 void BindFtSensor(py::module_& m);
+void BindFranka(py::module_& m);
 
 namespace {
 
@@ -120,6 +121,7 @@ void BindDrivers(py::module_& m) {
   BindRobotCycle(m);
   BindOmega(m);
   BindFtSensor(m);
+  BindFranka(m);
 }
 
 }  // namespace dual_proxy

@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockOffset', 'ClockOffsetParams', 'ClockOffsetState', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'DriverError', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueReading', 'ForceTorqueSensor', 'ForceTorqueSensorDriver', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HandleReading', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticDeviceCounters', 'HapticDeviceThreadParams', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkEnd', 'LinkEndParams', 'LinkEndState', 'LinkFrame', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OmegaDevice', 'OmegaDeviceParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RdtCounts', 'RdtSensor', 'RdtSensorParams', 'RobotCycle', 'RobotCycleState', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'decode_frame', 'describe_wire_error', 'encode_frame', 'make_hardware_defaults', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockOffset', 'ClockOffsetParams', 'ClockOffsetState', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'DriverError', 'ExternalWrenchSensor', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueReading', 'ForceTorqueSensor', 'ForceTorqueSensorDriver', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrankaCollisionParams', 'FrankaLoadParams', 'FrankaRobotSideParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HandleReading', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticDeviceCounters', 'HapticDeviceThreadParams', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkEnd', 'LinkEndParams', 'LinkEndState', 'LinkFrame', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OmegaDevice', 'OmegaDeviceParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RdtCounts', 'RdtSensor', 'RdtSensorParams', 'RobotCycle', 'RobotCycleState', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'decode_frame', 'describe_wire_error', 'encode_frame', 'make_hardware_defaults', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -8043,6 +8043,232 @@ class RdtSensor(ForceTorqueSensorDriver):
     @property
     def params(self) -> RdtSensorParams:
         ...
+class FrankaLoadParams:
+    """
+    What is beyond an arm's flange.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'mass': 'kg, in [0, 5]: of all of it, default 0', 'com': '(3,), m, in [-1, 1]: in F, the flange: centre of that mass, default 0', 'inertia': '(3, 3), kg m^2: about its centre, along the axes of F, default 0'}
+    def __copy__(self) -> FrankaLoadParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> FrankaLoadParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def com(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,), m, in [-1, 1]: in F, the flange: centre of that mass, default 0
+        """
+    @com.setter
+    def com(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def inertia(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3, 3), kg m^2: about its centre, along the axes of F, default 0
+        """
+    @inertia.setter
+    def inertia(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def mass(self) -> float:
+        """
+        kg, in [0, 5]: of all of it, default 0
+        """
+    @mass.setter
+    def mass(self, arg1: typing.Any) -> None:
+        ...
+class FrankaCollisionParams:
+    """
+    Where an arm says contact, and where it stops with a reflex.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'contact_torque': '(7,), N m, > 0: of each joint, beyond which the arm says contact, default 20', 'collision_torque': '(7,), N m, > 0: beyond which it stops; at least contact_torque, default 40', 'contact_force': '(6,), N, N m, > 0: likewise of the wrench, default [20, 20, 20, 10, 10, 10]', 'collision_force': '(6,), N, N m, > 0: likewise; well above what a task presses with, default [60, 60, 60, 20, 20, 20]'}
+    def __copy__(self) -> FrankaCollisionParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> FrankaCollisionParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def collision_force(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (6,), N, N m, > 0: likewise; well above what a task presses with, default [60, 60, 60, 20, 20, 20]
+        """
+    @collision_force.setter
+    def collision_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def collision_torque(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (7,), N m, > 0: beyond which it stops; at least contact_torque, default 40
+        """
+    @collision_torque.setter
+    def collision_torque(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def contact_force(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (6,), N, N m, > 0: likewise of the wrench, default [20, 20, 20, 10, 10, 10]
+        """
+    @contact_force.setter
+    def contact_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def contact_torque(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (7,), N m, > 0: of each joint, beyond which the arm says contact, default 20
+        """
+    @contact_torque.setter
+    def contact_torque(self, arg1: typing.Any) -> None:
+        ...
+class FrankaRobotSideParams:
+    """
+    How a Panda or FR3 is run.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'host': 'name or address of the arm', 'real_time': 'whether a kernel and a priority that keep 1 kHz are demanded; false: for tests, default true', 'load': 'FrankaLoadParams: beyond the flange', 'collision': 'FrankaCollisionParams: when the arm stops by itself', 'push_test': 'whether a person has to push the tool once before the robot follows, which shows the sign of the force, default true', 'push_force': 'N, in [2, 20]: that counts as a push, default 5', 'push_time': 's, in [1, 600]: within which it has to come, default 60', 'max_recoveries': 'in [0, 100]: in a row: one more reflex ends the run, default 3', 'recovery_time': 's, > 0: without a reflex, after which a row has ended, default 10'}
+    def __copy__(self) -> FrankaRobotSideParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> FrankaRobotSideParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def collision(self) -> FrankaCollisionParams:
+        """
+        FrankaCollisionParams: when the arm stops by itself
+        """
+    @collision.setter
+    def collision(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def host(self) -> str:
+        """
+        name or address of the arm
+        """
+    @host.setter
+    def host(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def load(self) -> FrankaLoadParams:
+        """
+        FrankaLoadParams: beyond the flange
+        """
+    @load.setter
+    def load(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def max_recoveries(self) -> int:
+        """
+        in [0, 100]: in a row: one more reflex ends the run, default 3
+        """
+    @max_recoveries.setter
+    def max_recoveries(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def push_force(self) -> float:
+        """
+        N, in [2, 20]: that counts as a push, default 5
+        """
+    @push_force.setter
+    def push_force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def push_test(self) -> bool:
+        """
+        whether a person has to push the tool once before the robot follows, which shows the sign of the force, default true
+        """
+    @push_test.setter
+    def push_test(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def push_time(self) -> float:
+        """
+        s, in [1, 600]: within which it has to come, default 60
+        """
+    @push_time.setter
+    def push_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def real_time(self) -> bool:
+        """
+        whether a kernel and a priority that keep 1 kHz are demanded; false: for tests, default true
+        """
+    @real_time.setter
+    def real_time(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def recovery_time(self) -> float:
+        """
+        s, > 0: without a reflex, after which a row has ended, default 10
+        """
+    @recovery_time.setter
+    def recovery_time(self, arg1: typing.Any) -> None:
+        ...
+class ExternalWrenchSensor(ForceTorqueSensorDriver):
+    """
+    Franka's estimate of the external wrench in the place of a force sensor. The adapter that takes it
+    has a tool of no mass: libfranka has taken the load's weight out.
+    """
+    def __init__(self, arm: ArmModelParams, p_SE: typing.Any) -> None:
+        """
+        arm: ArmModelParams, with E beyond the flange; p_SE: (3,), m, in S, whose axes are E's: from its
+        origin to E.
+        """
+    def take(self, time: typing.SupportsFloat | typing.SupportsIndex, K_F_ext_hat_K: typing.Any, F_T_EE: typing.Any, EE_T_K: typing.Any) -> None:
+        """
+        What libfranka's RobotState said at a time, s: (6,), and (16,) each, column by column.
+        """
 class ScenarioError(ValueError):
     """
     A scenario is wrong; the message is one line that names the field.

@@ -66,6 +66,7 @@ class Robot:
             current_errors="[]",
             O_T_EE=list(O_T_EE.T.ravel()),
             EE_T_K=list(np.eye(4).ravel()),
+            F_T_EE=list(turn.T.ravel()),
             K_F_ext_hat_K=[0.0] * 6,
         )
 
@@ -100,9 +101,13 @@ def franka(monkeypatch):
     return module
 
 
+def make_arm(**fields):
+    return FrankaArm(dp.FrankaRobotSideParams(**fields))
+
+
 def test_says_why_an_arm_cannot_be_opened(monkeypatch):
     with pytest.raises(dp.DriverError, match="arm at nowhere: libfranka: Connection"):
-        FrankaArm("nowhere").open()
+        make_arm(host="nowhere").open()
 
     def reflex(self):
         self.state.robot_mode = RobotMode.Reflex
@@ -111,17 +116,18 @@ def test_says_why_an_arm_cannot_be_opened(monkeypatch):
 
     monkeypatch.setattr(Robot, "read_once", reflex)
     with pytest.raises(dp.DriverError, match=r"mode Idle, got Reflex.*joint_reflex"):
-        FrankaArm("arm").open()
+        make_arm().open()
 
 
 def test_opens_reads_writes_and_ends():
-    arm = FrankaArm("arm", load=0.7, load_com=(0, 0, 0.05), torques=30, forces=25)
+    arm = make_arm(
+        load=dp.FrankaLoadParams(mass=0.7, com=[0, 0, 0.05]),
+        collision=dp.FrankaCollisionParams(collision_torque=[30] * 7),
+    )
     arm.open()
     robot = Robot.last
-    assert robot.calls[0] == (
-        "collision",
-        ([30] * 7, [30] * 7, [25] * 6, [25] * 6),
-    )
+    assert robot.calls[0][0] == "collision"
+    assert robot.calls[0][1][:2] == ([20] * 7, [30] * 7)
     assert robot.calls[1] == ("load", (0.7, [0, 0, 0.05], [0.0] * 9))
     assert not robot.sent
     reading = arm.look()
@@ -138,7 +144,7 @@ def test_opens_reads_writes_and_ends():
 
 
 def test_what_is_not_finite_is_not_sent():
-    arm = FrankaArm("arm")
+    arm = make_arm()
     arm.open()
     arm.start()
     with pytest.raises(ArmFault, match="not finite"):
@@ -149,7 +155,7 @@ def test_what_is_not_finite_is_not_sent():
 
 
 def test_a_reflex_is_a_fault_in_one_line_and_recovered_from():
-    arm = FrankaArm("arm")
+    arm = make_arm()
     arm.open()
     arm.start()
     Robot.last.reflex = True
@@ -164,7 +170,7 @@ def test_a_reflex_is_a_fault_in_one_line_and_recovered_from():
 
 def test_estimate_of_the_wrench_is_that_of_the_arm_on_what_it_touches():
     """5 N down onto a table, told in a hand's frame that is turned about z."""
-    arm = FrankaArm("arm")
+    arm = make_arm()
     arm.open()
     arm.start()
     state = Robot.last.state

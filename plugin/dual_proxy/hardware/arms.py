@@ -16,7 +16,13 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from dual_proxy._core import DriverError, SimulatedArm
+from dual_proxy._core import (
+    DriverError,
+    ExternalWrenchSensor,
+    FrankaRobotSideParams,
+    SimulatedArm,
+)
+from dual_proxy.panda import PandaModel, p_SE_S
 from dual_proxy.scenario import Scenario
 from dual_proxy.text import one_line
 
@@ -83,8 +89,8 @@ class Arm(Protocol):
         """Send the torque, (7,), N m, of this period; with `last` the arm is at rest
         and is not controlled from then on. Raises ArmFault."""
 
-    def wrench(self) -> Wrench:
-        """Return what its own sensor, or its estimate, says at the last reading."""
+    def wrench(self) -> Any:
+        """Return what its own sensor, or its estimate, says: a Wrench."""
 
     def recover(self) -> None:
         """Make it ready for `start` after an ArmFault. Raises ArmFault."""
@@ -96,67 +102,51 @@ class Arm(Protocol):
 class FrankaArm:
     """A Panda with newer firmware, or an FR3, by pylibfranka.
 
-    `wrench` is libfranka's estimate of the external wrench, by the arm's joint torque
-    sensors, with S in the stiffness frame K along the axes of the last link; the load
-    is the arm's to know (`load`), so that the adapter has no mass to subtract.
+    `wrench` is libfranka's estimate of the external wrench, as ExternalWrenchSensor
+    has it: for an adapter without a tool.
 
     Parameters
     ----------
-    host : the arm's name or address.
-    load : kg, mass of what is at the flange.
-    load_com : (3,), m, its centre, in the flange's frame.
-    torques, forces : N m, N and N m: collision thresholds, of all joints and of all
-        directions; beyond them the arm stops by a reflex.
-    enforce_realtime : whether a kernel that is not real-time is refused.
+    params : FrankaRobotSideParams, of which host, real_time, load and collision count.
     """
 
-    #: s: an arm that says nothing for so long is not there.
-    _LOAD_INERTIA = np.zeros(9)
-
-    def __init__(
-        self,
-        host: str,
-        *,
-        load: float = 0.0,
-        load_com: Any = (0.0, 0.0, 0.0),
-        torques: float = 40.0,
-        forces: float = 40.0,
-        enforce_realtime: bool = False,
-    ) -> None:
-        self._host = host
-        self._load = (load, [float(x) for x in load_com])
-        self._thresholds = (torques, forces)
-        self._enforce = enforce_realtime
+    def __init__(self, params: FrankaRobotSideParams) -> None:
+        self._params = params
+        # Of whose numbers only where E is counts.
+        self._sensor = ExternalWrenchSensor(PandaModel(1e-3).arm_params, p_SE_S)
         self._robot: Any = None
         self._control: Any = None
         self._state: Any = None
-        self._read_at = -math.inf
 
     def open(self) -> None:
         """See Arm."""
         import pylibfranka as franka
 
         self._franka = franka
-        config = franka.RealtimeConfig
+        config, params = franka.RealtimeConfig, self._params
+        load, collision = params.load, params.collision
         try:
             self._robot = franka.Robot(
-                self._host, config.kEnforce if self._enforce else config.kIgnore
+                params.host, config.kEnforce if params.real_time else config.kIgnore
             )
-            torques, forces = self._thresholds
             self._robot.set_collision_behavior(
-                [torques] * 7, [torques] * 7, [forces] * 6, [forces] * 6
+                collision.contact_torque.tolist(),
+                collision.collision_torque.tolist(),
+                collision.contact_force.tolist(),
+                collision.collision_force.tolist(),
             )
-            mass, com = self._load
-            self._robot.set_load(mass, com, list(self._LOAD_INERTIA))
+            self._robot.set_load(
+                load.mass, load.com.tolist(), load.inertia.ravel().tolist()
+            )
             self._state = self._robot.read_once()
         except (RuntimeError, franka.FrankaException) as error:
             self.close()
-            raise DriverError(f"arm at {self._host}: {one_line(error, 300)}") from None
+            raise DriverError(f"arm at {params.host}: {one_line(error, 300)}") from None
         mode = self._state.robot_mode
         if mode != franka.RobotMode.Idle:
             self.close()
             raise DriverError(
-                f"arm at {self._host}: expected mode Idle, got {mode.name}"
+                f"arm at {params.host}: expected mode Idle, got {mode.name}"
                 f"{self._errors()}: release the user stop, unlock the joints, "
                 "activate FCI in Desk"
             )
@@ -187,20 +177,9 @@ class FrankaArm:
         if last:
             self._control = None
 
-    def wrench(self) -> Wrench:
+    def wrench(self) -> Any:
         """See Arm."""
-        state = self._state
-        # Of the arm on what it touches; without weight, so is that of the arm on
-        # the tool.
-        R_BE = np.reshape(state.O_T_EE, (4, 4)).T[:3, :3]
-        R_BK = R_BE @ np.reshape(state.EE_T_K, (4, 4)).T[:3, :3]
-        R_SK = self._R_BS(np.array(state.q)).T @ R_BK
-        value = np.array(state.K_F_ext_hat_K)
-        return Wrench(
-            self._read_at,
-            bool(np.isfinite(value).all()),
-            np.concatenate([R_SK @ value[:3], R_SK @ value[3:]]),
-        )
+        return self._sensor.read()
 
     def recover(self) -> None:
         """See Arm."""
@@ -219,7 +198,9 @@ class FrankaArm:
 
     def _take(self, state: Any) -> ArmReading:
         self._state = state
-        self._read_at = time.monotonic()
+        self._sensor.take(
+            time.monotonic(), state.K_F_ext_hat_K, state.F_T_EE, state.EE_T_K
+        )
         return ArmReading(
             np.array(state.q), np.array(state.dq), np.array(state.tau_J_d)
         )
@@ -233,14 +214,6 @@ class FrankaArm:
     def _errors(self) -> str:
         text = str(self._state.current_errors).strip("[] ")
         return f" ({text})" if text else ""
-
-    def _R_BS(self, q: Vector) -> Any:
-        if not hasattr(self, "_model"):
-            from dual_proxy._core import ArmModel
-            from dual_proxy.panda import PandaModel
-
-            self._model = ArmModel(PandaModel(1e-3).arm_params)
-        return self._model.calc(q, np.zeros(7))[1]
 
 
 class SimulatedPanda:

@@ -13,6 +13,8 @@ from typing import Any
 from dual_proxy._core import (
     DriverError,
     ForceTorqueAdapterParams,
+    FrankaLoadParams,
+    FrankaRobotSideParams,
     LinkFrame,
     OmegaDevice,
     OmegaDeviceParams,
@@ -41,7 +43,11 @@ def make_robot_side(
     if options.arm == SIMULATED:
         arm = SimulatedPanda(scenario)
     else:
-        arm = FrankaArm(options.arm, load=tool_mass, load_com=scenario.sensor.tool_com)
+        # Its centre of mass in the flange's frame: S is there, along the same axes.
+        load = FrankaLoadParams(mass=tool_mass, com=scenario.sensor.tool_com)
+        arm = FrankaArm(
+            FrankaRobotSideParams(host=options.arm, real_time=False, load=load)
+        )
         if own:
             # libfranka has taken the tool's weight out of its estimate.
             adapter = ForceTorqueAdapterParams(tare=True)
