@@ -177,9 +177,10 @@ TEST_F(SimulatedHapticDeviceTest, IsSteadyAtAVirtualWallOverASlowLink) {
 TEST_F(SimulatedHapticDeviceTest, IsStableForAnyImpedance) {
   RandomStream random(4);
   for (int trial = 0; trial < 200; ++trial) {
-    params_.hand_stiffness = std::pow(10, 6 * random.Uniform());
-    params_.hand_damping = std::pow(10, -3 + 7 * random.Uniform());
-    params_.hand_mass = std::pow(10, -3 + 4 * random.Uniform());
+    // Up to the ends of their ranges.
+    params_.hand_stiffness = 1e6 * std::pow(10, -6 * random.Uniform());
+    params_.hand_damping = 1e5 * std::pow(10, -8 * random.Uniform());
+    params_.hand_mass = 500 * std::pow(10, -5.69 * random.Uniform());
     params_.device_mass = params_.hand_mass;
     params_.device_damping = 0;
     const SimulatedHapticDevice dut(params_);
