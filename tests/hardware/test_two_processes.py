@@ -317,6 +317,8 @@ def test_command_line_says_what_is_wrong(port, tmp_path, capsys):
     )
     assert main([*base, "--arm", "simulated", "--tool", str(tmp_path / "no")]) == 3
     assert "no: No such file" in capsys.readouterr().err
+    assert main([*base, "--arm", "simulated", "--duration", "nan"]) == 2
+    assert "--duration: expected seconds > 0, got 'nan'" in capsys.readouterr().err
     assert main(base) == 2
     assert "--arm" in capsys.readouterr().err
 

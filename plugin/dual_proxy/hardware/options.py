@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 
 __all__ = ["SIMULATED", "add_haptic_side", "add_robot_side"]
@@ -65,6 +66,16 @@ def add_haptic_side(command: argparse.ArgumentParser) -> None:
     )
 
 
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0 < seconds < math.inf:
+        raise argparse.ArgumentTypeError(f"expected seconds > 0, got {text!r}")
+    return seconds
+
+
 def _add_link(command: argparse.ArgumentParser) -> None:
     add = command.add_argument
     where = command.add_mutually_exclusive_group(required=True)
@@ -86,7 +97,7 @@ def _add_link(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="no keys; on this machine alone, for tests",
     )
-    add("--duration", type=float, metavar="SEC", help="end after that time")
+    add("--duration", type=_seconds, metavar="SEC", help="end after that time")
     add(
         "--log",
         type=Path,
