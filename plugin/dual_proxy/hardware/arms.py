@@ -100,7 +100,7 @@ class Arm(Protocol):
 
 
 class FrankaArm:
-    """A Panda with newer firmware, or an FR3, by pylibfranka.
+    """An FR3, by pylibfranka; the original Panda speaks to libfranka before 0.10 only.
 
     `wrench` is libfranka's estimate of the external wrench, as ExternalWrenchSensor
     has it: for an adapter without a tool.

@@ -20,7 +20,7 @@ def add_robot_side(command: argparse.ArgumentParser) -> None:
         "--arm",
         required=True,
         metavar="HOST",
-        help="a Panda's or FR3's name or address, for pylibfranka; or simulated",
+        help="an FR3's name or address, for pylibfranka; or simulated",
     )
     add(
         "--sensor",
