@@ -11,10 +11,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 import dual_proxy as dp
+from dual_proxy import systems
 from dual_proxy.hardware.arms import ArmFault, SimulatedPanda
 from dual_proxy.hardware.devices import SimulatedHand
 from dual_proxy.hardware.systems import ForceTorqueSensor, HapticDevice, PandaHardware
-from dual_proxy.panda import PandaModel
+from dual_proxy.panda import PandaModel, p_SE_S
 from dual_proxy.systems import CommunicationChannel, HapticSide, RobotSide
 
 SECONDS = 3.0
@@ -27,9 +28,11 @@ class Rig:
         self.arm.start()
         self.hand = SimulatedHand(scenario)
         self.hand.open()
-        adapter = dp.ForceTorqueAdapterParams(
+        adapter = dp.ForceTorqueSensorParams(
             tool_mass=scenario.sensor.tool_mass,
             tool_com=scenario.sensor.tool_com,
+            force_noise_std=0,
+            moment_noise_std=0,
             tare=True,
         )
         params = dp.make_hardware_defaults(scenario.robot_side_params())
@@ -42,7 +45,8 @@ class Rig:
         self.robot = add(RobotSide(params, PandaModel(scenario.scene.tool_mass)))
         arm = add(PandaHardware(self.arm))
         source = SimpleNamespace(read=self.arm.wrench)
-        self.sensor = add(ForceTorqueSensor(source, adapter))
+        wrist = add(ForceTorqueSensor(source))
+        self.sensor = add(systems.ForceTorqueSensor(adapter, p_SE_S))
 
         def connect(a, out, b, into):
             builder.Connect(a.GetOutputPort(out), b.GetInputPort(into))
@@ -56,7 +60,8 @@ class Rig:
         connect(self.robot, "message", to_device, "message")
         connect(to_device, "message", haptic, "robot_message")
         connect(arm, "robot_state", self.robot, "robot_state")
-        connect(arm, "robot_state", self.sensor, "robot_state")
+        connect(wrist, "reaction", self.sensor, "reaction")
+        connect(self.robot, "robot_pose", self.sensor, "robot_pose")
         connect(self.sensor, "sensed_wrench", self.robot, "sensed_wrench")
         connect(self.sensor, "ready", self.robot, "sensor_ready")
         connect(self.robot, "torque", arm, "torque")

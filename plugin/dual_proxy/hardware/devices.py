@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from dual_proxy._core import OperatorPath, Pose, SimulatedHapticDevice
 from dual_proxy.scenario import Scenario
 
-__all__ = ["HapticDevice", "SimulatedHand", "SimulatedHandle"]
+__all__ = ["HapticDevice", "SimulatedHand", "SimulatedHandle", "is_reliable"]
 
 Vector = NDArray[np.float64]
 
@@ -29,6 +29,15 @@ class Handle(Protocol):
     velocity: Vector
     gripper_opening: float
     clutch: bool
+
+
+#: s: a reading that is older is none.
+_STALE = 0.02
+
+
+def is_reliable(handle: Any, now: float) -> bool:
+    """Return whether what a device said of its handle can be relied on at `now`, s."""
+    return bool(handle.valid) and now - handle.time <= _STALE
 
 
 class HapticDevice(Protocol):

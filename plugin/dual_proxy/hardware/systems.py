@@ -21,15 +21,12 @@ from pydrake.common.value import Value
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import EventStatus, LeafSystem
 
-from dual_proxy._core import ForceTorqueAdapter, ForceTorqueAdapterParams
 from dual_proxy.hardware.arms import Arm
 from dual_proxy.hardware.devices import HapticDevice as Device
-from dual_proxy.panda import PandaModel, p_SE_S
+from dual_proxy.hardware.devices import is_reliable
 
 __all__ = ["ForceTorqueSensor", "HapticDevice", "PandaHardware"]
 
-#: s: a device's reading that is older is none.
-_STALE = 0.02
 _NOWHERE: Any = np.full(3, math.nan)
 
 
@@ -98,7 +95,7 @@ class HapticDevice(_Hardware):
 
     def _pose(self) -> RigidTransform:
         handle = self._handle
-        if not handle.valid or time.monotonic() - handle.time > _STALE:
+        if not is_reliable(handle, time.monotonic()):
             return RigidTransform(RotationMatrix(), _NOWHERE)
         return RigidTransform(RotationMatrix(handle.pose.R), handle.pose.p)
 
@@ -135,49 +132,33 @@ class PandaHardware(_Hardware):
 
 
 class ForceTorqueSensor(_Hardware):
-    """A real force/torque sensor in a diagram, in place of `systems.ForceTorqueSensor`.
+    """A real force/torque sensor in a diagram, in place of `systems.SensorReaction`.
 
-    Input `robot_state` (14). Outputs `sensed_wrench` (6), [force; moment about E], N,
-    N m, in B, of the robot on its environment; `ready` (1): whether the bias is known
-    and the last good reading is younger than 10 ms.
+    Output `reaction` (6), [force; moment], N, N m, in S, of the arm on the tool: not
+    finite while there is no good reading that is young, so that the adapter behind it
+    (`systems.ForceTorqueSensor`, or a RobotSide's own) refuses it.
 
     Parameters
     ----------
     sensor : open, with `read`, as RdtSensor.
-    adapter : its ForceTorqueAdapterParams.
-    p_SE : (3,) m, tool point in the sensor's frame.
+    period : s.
+    max_age : s, of a reading.
     """
 
-    _MAX_AGE = 0.01
-
     def __init__(
-        self,
-        sensor: Any,
-        adapter: ForceTorqueAdapterParams | None = None,
-        p_SE: Any = p_SE_S,
+        self, sensor: Any, period: float = 0.001, max_age: float = 0.01
     ) -> None:
-        params = ForceTorqueAdapterParams(tare=True) if adapter is None else adapter
-        super().__init__(params.period)
+        super().__init__(period)
         self._sensor = sensor
-        self._adapter = ForceTorqueAdapter(params)
-        self._state = self._adapter.make_state()
-        self._model = PandaModel(max(params.tool_mass, 1e-3))
-        self._p_SE = np.array(p_SE, dtype=np.float64)
-        self._read_at = -math.inf
-        self._robot = self.DeclareVectorInputPort("robot_state", 14)
-        self._vector_output("sensed_wrench", 6, lambda: self._state.wrench)
-        self._vector_output("ready", 1, lambda: [float(self._is_ready())])
+        self._max_age = max_age
+        self._reading = sensor.read()
+        self._vector_output("reaction", 6, self._reaction)
 
-    def _exchange(self, context: Any) -> None:
-        reading = self._sensor.read()
-        if not reading.valid or reading.time <= self._read_at:
-            return
-        self._read_at = reading.time
-        x: Any = self._robot.Eval(context)
-        terms = self._model.calc(x[:7], x[7:])
-        self._adapter.update(
-            reading.value, terms.p_BE, terms.R_BE, self._p_SE, self._state
-        )
+    def _exchange(self, _: Any) -> None:
+        self._reading = self._sensor.read()
 
-    def _is_ready(self) -> bool:
-        return self._state.ready and time.monotonic() - self._read_at <= self._MAX_AGE
+    def _reaction(self) -> Any:
+        reading = self._reading
+        if not reading.valid or time.monotonic() - reading.time > self._max_age:
+            return np.full(6, math.nan)
+        return reading.value
