@@ -27,6 +27,7 @@ from typing import Any, NoReturn
 
 from dual_proxy.bench.pages import markdown_table
 from dual_proxy.claims import limit_text, statement, verdict_text
+from dual_proxy.hardware.options import add_haptic_side, add_robot_side
 from dual_proxy.link import SIDES, LinkError
 from dual_proxy.many_runs import count_workers
 from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
@@ -740,9 +741,13 @@ def _calibrate_tool(options: argparse.Namespace) -> int:
 
 
 def _add_sides(commands: Any) -> None:
-    for side, text in (
-        ("robot", "run the robot side alone: an arm, its sensor, the link"),
-        ("haptic", "run the haptic side alone: a device, the link"),
+    for side, text, add_options in (
+        (
+            "robot",
+            "run the robot side alone: an arm, its sensor, the link",
+            add_robot_side,
+        ),
+        ("haptic", "run the haptic side alone: a device, the link", add_haptic_side),
     ):
         command = commands.add_parser(
             f"{side}-side",
@@ -755,22 +760,19 @@ def _add_sides(commands: Any) -> None:
             help="of map, gains and limits: its name, or the path of a YAML file",
         )
         _add_settings(command)
-        # Light enough; what needs the extra `hardware` is imported when it is used.
-        options = importlib.import_module("dual_proxy.hardware.options")
-        getattr(options, f"add_{side}_side")(command)
+        add_options(command)
 
 
 def _run_side(options: argparse.Namespace) -> int:
     # Here, as it needs the extra `hardware`.
-    commands = importlib.import_module("dual_proxy.hardware.commands")
     from dual_proxy._core import DriverError
+    from dual_proxy.hardware.arms import ArmFault
+    from dual_proxy.hardware.commands import make_haptic_side, make_robot_side
 
     scenario = change_scenario(
         options.scenario, overrides=dict(map(_setting, options.settings))
     )
-    make = commands.make_robot_side
-    if options.command == "haptic-side":
-        make = commands.make_haptic_side
+    make = make_robot_side if options.command == "robot-side" else make_haptic_side
     try:
         side = make(options, scenario)
         ends = dict.fromkeys(
@@ -778,7 +780,7 @@ def _run_side(options: argparse.Namespace) -> int:
         )
         with _handling(ends):
             done = side.run(math.inf if options.duration is None else options.duration)
-    except (DriverError, RuntimeError) as error:
+    except (DriverError, ArmFault) as error:
         return _fail(one_line(error, 500), _RUN_FAILED)
     return 0 if done else _RUN_FAILED
 

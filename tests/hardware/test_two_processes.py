@@ -18,10 +18,15 @@ import pytest
 
 import dual_proxy as dp
 from dual_proxy.cli import main
+from dual_proxy.hardware import robot_side
 from dual_proxy.hardware.arms import ArmFault, SimulatedPanda
 from dual_proxy.hardware.events import Events
-from dual_proxy.hardware.robot_side import RobotSideProcess, replay_robot_side
-from dual_proxy.hardware.side_log import SideLog
+from dual_proxy.hardware.robot_side import (
+    ROBOT_COLUMNS,
+    RobotSideProcess,
+    replay_robot_side,
+)
+from dual_proxy.hardware.side_log import SideLog, read_side_log
 
 zenoh = pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
 MessageLink = pytest.importorskip("dual_proxy.link.message_link").MessageLink
@@ -271,6 +276,16 @@ def test_an_arm_that_stops_goes_on_from_where_it_is(port, haptic, tmp_path, caps
     replayed = replay_robot_side(cut)
     assert replayed.cycles > 500
     assert replayed.different == 0
+    # Wherever it is cut.
+    head = log.read_bytes()[:20000]
+    whole = []
+    for size in range(19000, len(head)):
+        cut.write_bytes(head[:size])
+        _, cycles = read_side_log(cut, "robot", ROBOT_COLUMNS)
+        whole.append(sum(len(cycle.values) == len(ROBOT_COLUMNS) for cycle in cycles))
+    assert whole == sorted(whole)
+    assert whole[0] > 10
+    assert whole[-1] > whole[0]
 
 
 def test_nothing_moves_unless_somebody_confirms():
@@ -292,6 +307,32 @@ def test_nothing_moves_unless_somebody_confirms():
     assert events.count("refused") == 1
     assert events.count("started") == 0
     assert (arm.state.q == q).all()
+
+
+def test_an_arm_that_cannot_be_made_ready_is_given_up(monkeypatch):
+    """Also where it ran well before, and where it is made ready but does not start."""
+    monkeypatch.setattr(robot_side, "_RECOVERY_PAUSE", 0.001)
+    monkeypatch.setattr(robot_side, "_GOOD_TIME", 0.05)
+    scenario = dp.load_scenario("plane")
+    for broken in ("recover", "start"):
+        arm = SimulatedPanda(scenario, patience=BUSY)
+        events = Events("robot", tell=lambda _: None)
+        side = RobotSideProcess(
+            scenario, arm, None, confirm=lambda _: True, events=events
+        )
+
+        def fail():
+            raise ArmFault("it does not answer")
+
+        def run_well(*_, arm=arm, side=side, broken=broken):
+            if side.work.count == 100:
+                monkeypatch.setattr(arm, broken, fail)
+                arm.close()
+
+        side.on_cycle = run_well
+        assert side.run(PATIENCE) is False
+        assert events.all[-1].text == "the arm cannot be made ready again"
+        assert events.count("fault") == 6  # The first, and five attempts.
 
 
 def test_a_simulated_arm_stops_as_a_real_one():

@@ -14,10 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from dual_proxy._core import HapticSide, LinkFrame, PoseMessage
-from dual_proxy.hardware.devices import HapticDevice
-from dual_proxy.hardware.events import CycleTimes, Events
+from dual_proxy._core import DriverError, HapticSide, LinkFrame
+from dual_proxy.hardware.devices import HapticDevice, is_reliable
+from dual_proxy.hardware.events import Events
 from dual_proxy.hardware.side_log import SideLog
+from dual_proxy.hardware.side_process import SideProcess
 from dual_proxy.link.message_link import MessageLink
 from dual_proxy.scenario import Scenario
 
@@ -30,13 +31,11 @@ HAPTIC_COLUMNS = (
     *("vx", "vy", "vz", "wx", "wy", "wz", "gripper_opening", "clutch"),
     *("fx", "fy", "fz", "mx", "my", "mz"),
 )
-#: s: a reading that is older is none.
-_STALE = 0.02
 _NO_POSITION = np.full(3, math.nan)
 _NO_WRENCH = np.zeros(6)
 
 
-class HapticSideProcess:
+class HapticSideProcess(SideProcess):
     """Runs the haptic side on a device.
 
     While the device cannot be relied on the hand feels no force, and the robot is
@@ -62,31 +61,18 @@ class HapticSideProcess:
         events: Events | None = None,
         log: Path | None = None,
     ) -> None:
+        config = {"scenario": scenario.to_yaml()}
+        super().__init__("haptic", link, events, log, config, HAPTIC_COLUMNS)
         params = scenario.haptic_side_params()
         aids = params.aids
         aids.buttons = True
         params.aids = aids
-        self.params = params
         self._side = HapticSide(params)
         self.state = self._side.make_state()
         self._period = float(scenario.control_period)
         self._device = device
-        self._link = link
-        self.events = events or Events("haptic")
-        self.work = CycleTimes()
-        self._message: Any = PoseMessage()
-        self._stop = False
         self.on_cycle: Callable[[float, Any], None] | None = None
         """Called after each cycle with its time and the device's reading."""
-        self._log: SideLog | None = None
-        if log is not None:
-            config = {"scenario": scenario.to_yaml()}
-            self._log = SideLog(log, "haptic", config, HAPTIC_COLUMNS)
-            self.events.also(self._log.event)
-
-    def stop(self) -> None:
-        """Have `run` take the force off the hand and end."""
-        self._stop = True
 
     def run(self, duration: float = math.inf) -> bool:
         """Run until `stop`, or for so long, s; return whether that is how it ended.
@@ -105,14 +91,12 @@ class HapticSideProcess:
             return True
         finally:
             device.close()
-            if self._log is not None:
-                self._log.close()
+            self._close_log()
 
     def _follow(self, end: float) -> None:
-        device, link, side, state = self._device, self._link, self._side, self.state
+        device, side, state = self._device, self._side, self.state
         good = True
         clutched = False
-        trouble = ""
         reopen_at = math.inf
         due = time.monotonic()
         while not self._stop:
@@ -126,20 +110,19 @@ class HapticSideProcess:
             if now >= end:
                 break
             handle = device.read()
-            is_good = handle.valid and now - handle.time <= _STALE
+            is_good = is_reliable(handle, now)
             if is_good != good:
                 good = is_good
-                what = device.fault or f"silent for {now - handle.time:.3f} s"
-                self.events.add("device" if good else "fault", "" if good else what)
+                if good:
+                    self.events.add("device", "it is there again")
+                else:
+                    silent = f"silent for {now - handle.time:.3f} s"
+                    self.events.add("fault", device.fault or silent)
                 reopen_at = math.inf if good else now + self._REOPEN
             if now >= reopen_at:
                 reopen_at = now + self._REOPEN
                 self._reopen()
-            newest = None
-            if link is not None:
-                newest = link.receive(now)
-                if newest is not None:
-                    self._message = newest
+            self._receive(now)
             side.update(
                 now,
                 self._message,
@@ -151,29 +134,21 @@ class HapticSideProcess:
                 gripper_opening=handle.gripper_opening,
             )
             device.write(state.device_wrench if good else _NO_WRENCH)
-            if link is not None:
-                flags = 0 if good else LinkFrame.FAULT
-                if handle.clutch:
-                    flags |= LinkFrame.CLUTCH
-                link.send(now, state.message, flags)
-                text = link.trouble(now)
-                if bool(text) != bool(trouble):
-                    self.events.add("link", text or "the robot side is there")
-                trouble = text
+            flags = 0 if good else LinkFrame.FAULT
+            if handle.clutch:
+                flags |= LinkFrame.CLUTCH
+            self._send(now, state.message, flags)
             if handle.clutch != clutched:
                 clutched = handle.clutch
                 self.events.add("clutch", "pressed" if clutched else "let go")
             if self._log is not None:
-                self._write(now, handle, newest, good)
+                self._write(self._log, now, handle, good)
             if self.on_cycle is not None:
                 self.on_cycle(now, handle)
             self.work.add(time.monotonic() - now)
 
-    def _write(self, now: float, handle: Any, newest: Any, good: bool) -> None:
-        log, state = self._log, self.state
-        assert log is not None
-        if newest is not None:
-            log.message(now, newest)
+    def _write(self, log: SideLog, now: float, handle: Any, good: bool) -> None:
+        state = self.state
         log.cycle(
             now,
             (
@@ -197,8 +172,6 @@ class HapticSideProcess:
             )
 
     def _reopen(self) -> None:
-        from dual_proxy._core import DriverError
-
         self._device.close()
         try:
             self._device.open()

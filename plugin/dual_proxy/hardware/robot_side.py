@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 
 from dual_proxy._core import (
-    DriverError,
     ForceTorqueAdapterParams,
     LinkFrame,
     PoseMessage,
@@ -27,8 +26,9 @@ from dual_proxy._core import (
     make_hardware_defaults,
 )
 from dual_proxy.hardware.arms import Arm, ArmFault, ArmReading
-from dual_proxy.hardware.events import CycleTimes, Events
+from dual_proxy.hardware.events import Events
 from dual_proxy.hardware.side_log import SideLog, read_side_log
+from dual_proxy.hardware.side_process import SideProcess
 from dual_proxy.link.message_link import MessageLink
 from dual_proxy.panda import PandaModel, p_SE_S
 from dual_proxy.scenario import Scenario
@@ -49,9 +49,11 @@ ROBOT_COLUMNS = (
     *(f"torque{i}" for i in range(1, 8)),
 )
 
-#: s: between two attempts to make an arm ready again, and how many in a row.
+#: s: between two attempts to make an arm ready again, how many in a row, and s for
+#: which it has to take torques to begin a new row.
 _RECOVERY_PAUSE = 0.5
 _RECOVERIES = 5
+_GOOD_TIME = 1.0
 #: rad/s: slower than this an arm that is asked to end is at rest; s: at the latest.
 _REST = 0.005
 _REST_TIME = 2.0
@@ -68,12 +70,12 @@ _HOLDS = {
 
 
 def make_cycle(
-    scenario: Scenario, adapter: ForceTorqueAdapterParams, tool_mass: float
+    scenario: Scenario, adapter: ForceTorqueAdapterParams, model: PandaModel
 ) -> RobotCycle:
-    """Return the cycle of a scenario's robot side on a real Panda."""
+    """Return the cycle of a scenario's robot side on a real arm."""
     return RobotCycle(
         side=make_hardware_defaults(scenario.robot_side_params()),
-        model=PandaModel(tool_mass, scenario.scene.gravity).arm_params,
+        model=model.arm_params,
         sensor=adapter,
         p_SE=p_SE_S,
     )
@@ -84,7 +86,7 @@ def make_seeds(scenario: Scenario) -> tuple[int, int]:
     return scenario.calc_seed("filter"), scenario.calc_seed("angular_filter")
 
 
-class RobotSideProcess:
+class RobotSideProcess(SideProcess):
     """Runs the robot side on an arm.
 
     Parameters
@@ -117,38 +119,26 @@ class RobotSideProcess:
             adapter = ForceTorqueAdapterParams(
                 tool_mass=mass, tool_com=scenario.sensor.tool_com, tare=True
             )
-        adapter.period = scenario.control_period
+        adapter = ForceTorqueAdapterParams(
+            **{**adapter.__getstate__(), "period": scenario.control_period}
+        )
+        config = {
+            "scenario": scenario.to_yaml(),
+            "adapter": dump_yaml(_plain(adapter)),
+            "tool_mass": repr(float(mass)),
+        }
+        super().__init__("robot", link, events, log, config, ROBOT_COLUMNS)
+        self._limits = scenario.controller.joint_limits
         self._model = PandaModel(mass, scenario.scene.gravity)
-        self.params = make_hardware_defaults(scenario.robot_side_params())
-        self._cycle = make_cycle(scenario, adapter, mass)
+        self._cycle = make_cycle(scenario, adapter, self._model)
         self._seeds = make_seeds(scenario)
         self.state = self._cycle.make_state(*self._seeds)
         self._arm = arm
-        self._link = link
         self._sensor = sensor
         self._confirm = confirm
-        self.events = events or Events("robot")
-        self.work = CycleTimes()
-        self._message: Any = PoseMessage()
-        self._stop = False
         self._hold = ""
-        self._trouble = ""
-        self._fault = ""
         self.on_cycle: Callable[[float, ArmReading, Any], None] | None = None
         """Called after each cycle with its time, the arm's and the sensor's reading."""
-        self._log: SideLog | None = None
-        if log is not None:
-            config = {
-                "scenario": scenario.to_yaml(),
-                "adapter": dump_yaml(_plain(adapter)),
-                "tool_mass": repr(float(mass)),
-            }
-            self._log = SideLog(log, "robot", config, ROBOT_COLUMNS)
-            self.events.also(self._log.event)
-
-    def stop(self) -> None:
-        """Have `run` come to rest and end; for signal handlers and other threads."""
-        self._stop = True
 
     def run(self, duration: float = math.inf) -> bool:
         """Run until `stop`, or for so long, s; return whether the arm ended at rest.
@@ -171,12 +161,11 @@ class RobotSideProcess:
             self._arm.close()
             if sensor is not None:
                 sensor.close()
-            if self._log is not None:
-                self._log.close()
+            self._close_log()
 
     def _is_confirmed(self) -> bool:
         reading = self._arm.look()
-        limits = self.params.controller.joint_limits
+        limits = self._limits
         outside = [
             i + 1
             for i, q in enumerate(reading.q)
@@ -196,16 +185,19 @@ class RobotSideProcess:
     def _control(self, end: float) -> bool:
         failures = 0
         while True:
+            began = time.monotonic()
             try:
                 self._arm.start()
                 self.events.add("started", "the arm takes torques")
                 return self._follow(end)
             except ArmFault as fault:
                 self.events.add("fault", str(fault))
-            if self._stop:
-                return False
+            if time.monotonic() - began >= _GOOD_TIME:
+                failures = 0
             while True:
-                failures = failures + 1 if self._since_start() < 1 else 1
+                if self._stop:
+                    return False
+                failures += 1
                 if failures > _RECOVERIES:
                     self.events.add("ended", "the arm cannot be made ready again")
                     return False
@@ -219,13 +211,8 @@ class RobotSideProcess:
             self._cycle.restart(self.state, *self._seeds)
             self.events.add("recovered", "it follows from where it is")
 
-    def _since_start(self) -> float:
-        started = [event for event in self.events.all if event.kind == "started"]
-        now = self.events.all[-1].time
-        return now - started[-1].time if started else 0.0
-
     def _follow(self, end: float) -> bool:
-        arm, link, cycle, state = self._arm, self._link, self._cycle, self.state
+        arm, cycle, state = self._arm, self._cycle, self.state
         sensor = arm.wrench if self._sensor is None else self._sensor.read
         resting_until = math.inf
         last = -math.inf
@@ -235,13 +222,7 @@ class RobotSideProcess:
             if now - last > _STALL and last > 0:
                 self.events.add("stall", f"{1e3 * (now - last):.0f} ms between cycles")
             last = now
-            flags = 0
-            newest = None
-            if link is not None:
-                newest = link.receive(now)
-                if newest is not None:
-                    self._message = newest
-                flags = link.flags
+            flags = self._receive(now)
             wrench = sensor()
             if self._stop or now >= end:
                 resting_until = min(resting_until, now + _REST_TIME)
@@ -267,26 +248,20 @@ class RobotSideProcess:
                 self.events.add("ended", self.work.text())
                 return True
             hold = state.side.hold
-            if link is not None:
-                holding = LinkFrame.HOLDING if hold != "none" else 0
-                link.send(now, state.message, holding)
-                self._tell_trouble(link.trouble(now))
+            self._send(now, state.message, LinkFrame.HOLDING if hold != "none" else 0)
             if hold != self._hold:
                 self._hold = hold
                 self.events.add("hold" if hold != "none" else "follow", _HOLDS[hold])
             if self._log is not None:
-                self._write(now, reading, newest, wrench, holds)
+                self._write(self._log, now, reading, wrench, holds)
             if self.on_cycle is not None:
                 self.on_cycle(now, reading, wrench)
             self.work.add(time.monotonic() - now)
 
     def _write(
-        self, now: float, reading: ArmReading, newest: Any, wrench: Any, holds: bool
+        self, log: SideLog, now: float, reading: ArmReading, wrench: Any, holds: bool
     ) -> None:
-        log, state = self._log, self.state
-        assert log is not None
-        if newest is not None:
-            log.message(now, newest)
+        state = self.state
         log.cycle(
             now,
             (
@@ -314,12 +289,6 @@ class RobotSideProcess:
                     "link_age": side.link.age,
                 },
             )
-
-    def _tell_trouble(self, trouble: str) -> None:
-        # The text counts seconds: what is told is that it began.
-        if bool(trouble) != bool(self._trouble):
-            self.events.add("link", trouble or "the haptic side is there")
-        self._trouble = trouble
 
 
 def _plain(params: Any) -> dict[str, Any]:
@@ -355,14 +324,13 @@ def replay_robot_side(path: Path) -> Replayed:
     DriverError
         If the file cannot be read, or is another log.
     """
-    config, cycles = read_side_log(path)
-    if config["side"] != "robot":
-        raise DriverError(f"{path}: expected the log of a robot side")
+    config, cycles = read_side_log(path, "robot", ROBOT_COLUMNS)
     text = parse_yaml(config["scenario"], str(path))
     (name,) = text
     scenario = Scenario.from_mapping(name, text[name])
     adapter = ForceTorqueAdapterParams(**parse_yaml(config["adapter"], str(path)))
-    cycle = make_cycle(scenario, adapter, float(config["tool_mass"]))
+    model = PandaModel(float(config["tool_mass"]), scenario.scene.gravity)
+    cycle = make_cycle(scenario, adapter, model)
     seeds = make_seeds(scenario)
     state = cycle.make_state(*seeds)
     message: Any = PoseMessage()
@@ -370,8 +338,8 @@ def replay_robot_side(path: Path) -> Replayed:
     largest = 0.0
     first = last = None
     for logged in cycles:
-        values = list(logged.values.values())
-        now = values[0]
+        values = logged.values
+        now = float(values[0])
         first, last = now if first is None else first, now
         if "recovered" in logged.kinds:
             cycle.restart(state, *seeds)

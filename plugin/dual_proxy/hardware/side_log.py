@@ -20,7 +20,7 @@ import json
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,31 +129,48 @@ class LoggedCycle(NamedTuple):
 
     Attributes
     ----------
-    values : numbers by column.
+    values : its numbers, by the columns of the log.
     message : that came before it since the period before, or None.
     kinds : of the events between the period before and it.
     """
 
-    values: dict[str, float]
+    values: NDArray[np.float64]
     message: Any
     kinds: list[str]
 
 
-def read_side_log(path: Path) -> tuple[dict[str, str], Iterator[LoggedCycle]]:
+def read_side_log(
+    path: Path, side: str, columns: Sequence[str]
+) -> tuple[dict[str, str], Iterator[LoggedCycle]]:
     """Return what the side was made of, and its periods in order. The end of a file
     that was cut is where it was cut.
 
     Raises
     ------
     DriverError
-        If the file cannot be read, or is no log of a side.
+        If the file cannot be read, or is no log of that side with these columns.
     """
     records = _records(path)
     for record in records:
         if type(record).__name__ == "Metadata" and record.name == "side":
             config = dict(record.metadata)
-            return config, _cycles(records, _direction(config["side"]))
+            if config["side"] != side:
+                raise DriverError(f"{path}: expected the log of a {side} side")
+            return config, _cycles(records, path, _direction(side), columns)
     raise DriverError(f"{path}: expected the log of a robot or haptic side")
+
+
+class _Whole:
+    """A file of which what is cut is not there."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+
+    def read(self, size: int = -1) -> bytes:
+        data = self._file.read(size)
+        if len(data) < size:
+            raise EOFError
+        return data
 
 
 def _records(path: Path) -> Iterator[Any]:
@@ -163,7 +180,7 @@ def _records(path: Path) -> Iterator[Any]:
     try:
         with path.open("rb") as file:
             try:
-                yield from StreamReader(file).records
+                yield from StreamReader(_Whole(file)).records  # type: ignore[arg-type]
             except (McapError, EOFError):  # It was cut here.
                 return
     except OSError as error:
@@ -174,26 +191,25 @@ def _direction(side: str) -> str:
     return "to_robot" if side == "robot" else "to_haptic"
 
 
-def _cycles(records: Iterator[Any], direction: str) -> Iterator[LoggedCycle]:
-    schemas: dict[int, Any] = {}
-    topics: dict[int, tuple[str, Any]] = {}
+def _cycles(
+    records: Iterator[Any], path: Path, direction: str, columns: Sequence[str]
+) -> Iterator[LoggedCycle]:
+    topics: dict[int, str] = {}
     message = None
     kinds: list[str] = []
     for record in records:
         name = type(record).__name__
-        if name == "Schema":
-            schemas[record.id] = record
+        if name == "Schema" and record.name == "Cycle":
+            if json.loads(record.data) != list(columns):
+                raise DriverError(f"{path}: expected a cycle of {', '.join(columns)}")
         elif name == "Channel":
-            topics[record.id] = (record.topic, schemas[record.schema_id])
+            topics[record.id] = record.topic
         elif name == "Message":
-            topic, schema = topics[record.channel_id]
+            topic = topics[record.channel_id]
             if topic == "/event":
                 kinds.append(json.loads(record.data)["kind"])
             elif topic == "/message":
                 message = decode_frame(record.data, direction).message
             elif topic == "/cycle":
-                numbers: NDArray[np.float64] = np.frombuffer(record.data, "<f8")
-                columns = json.loads(schema.data)
-                values = dict(zip(columns, numbers.tolist(), strict=True))
-                yield LoggedCycle(values, message, kinds)
+                yield LoggedCycle(np.frombuffer(record.data, "<f8"), message, kinds)
                 message, kinds = None, []

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the processes of both sides have: events, the link to the other, a log."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from dual_proxy._core import PoseMessage
+from dual_proxy.hardware.events import CycleTimes, Events
+from dual_proxy.hardware.side_log import SideLog
+from dual_proxy.link import SIDES
+from dual_proxy.link.message_link import MessageLink
+
+__all__ = ["SideProcess"]
+
+
+class SideProcess:
+    """A side in a process of its own; what it does in a period is its subclass's.
+
+    Parameters
+    ----------
+    side : "robot" or "haptic".
+    link : to the other side, or None.
+    events : what is told, by default on standard error.
+    log : new MCAP file, or None.
+    config, columns : of that file; see SideLog.
+    """
+
+    def __init__(
+        self,
+        side: str,
+        link: MessageLink | None,
+        events: Events | None,
+        log: Path | None,
+        config: dict[str, str],
+        columns: Sequence[str],
+    ) -> None:
+        self.events = events or Events(side)
+        self.work = CycleTimes()
+        (self._other,) = (other for other in SIDES if other != side)
+        self._link = link
+        self._message: Any = PoseMessage()
+        self._trouble = ""
+        self._stop = False
+        self._log: SideLog | None = None
+        if log is not None:
+            self._log = SideLog(log, side, config, columns)
+            self.events.also(self._log.event)
+
+    def stop(self) -> None:
+        """Have `run` come to rest and end; for signal handlers and other threads."""
+        self._stop = True
+
+    def _receive(self, now: float) -> int:
+        """Take the newest message, if one came; return the other side's flags."""
+        if self._link is None:
+            return 0
+        newest = self._link.receive(now)
+        if newest is not None:
+            self._message = newest
+            if self._log is not None:
+                self._log.message(now, newest)
+        return self._link.flags
+
+    def _send(self, now: float, message: Any, flags: int) -> None:
+        """Offer the newest message, and tell when trouble begins and when it ends."""
+        if self._link is None:
+            return
+        self._link.send(now, message, flags)
+        # The text counts seconds: what is told is that it began.
+        trouble = self._link.trouble(now)
+        if bool(trouble) != bool(self._trouble):
+            self.events.add("link", trouble or f"the {self._other} side is there")
+        self._trouble = trouble
+
+    def _close_log(self) -> None:
+        if self._log is not None:
+            self._log.close()
