@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dual_proxy/sides/robot_side.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -225,7 +226,8 @@ bool RobotSide<Robot>::TakeWrench(Input* input, State* state) const noexcept {
       input->sensed_wrench.allFinite() && std::isfinite(input->sensor_age);
   if (good) {
     state->sensed_wrench = input->sensed_wrench;
-    state->sensed_age = input->sensor_age;
+    // A clock that is ahead keeps no wrench fresh.
+    state->sensed_age = std::max(0.0, input->sensor_age);
   } else {
     input->sensed_wrench = state->sensed_wrench;
     state->sensed_age += params_.controller.period;

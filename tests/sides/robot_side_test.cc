@@ -228,6 +228,11 @@ TEST_F(RobotSideTest, HoldsItsPlaceOnceThereIsNoGoodWrench) {
   EXPECT_EQ(state_.output.hold, HoldReason::kNoSensor);
   step(i++, true, 0.009, false);
   EXPECT_EQ(state_.output.hold, HoldReason::kNone);
+  step(i++, true, -5, false);  // By a clock that is ahead.
+  EXPECT_EQ(state_.output.hold, HoldReason::kNone);
+  for (const int end = i + 12; i < end; ++i) step(i, false, 0, false);
+  EXPECT_GT(state_.sensed_age, dut_.params().max_sensor_age);
+  step(i++, true, 0, false);
   step(i++, true, 0, true);
   EXPECT_EQ(state_.output.hold, HoldReason::kAsked);
   for (const int end = i + 600; i < end; ++i) {
