@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <optional>
 
+#include "dual_proxy/drivers/cycle_statistics.h"
 #include "dual_proxy/drivers/driver.h"
 #include "dual_proxy/drivers/hardware_defaults.h"
 #include "dual_proxy/drivers/robot_cycle.h"
@@ -105,6 +106,19 @@ void BindRobotCycle(py::module_& m) {
           "the\nsensor's bias is to be learned anew.");
 }
 
+void BindCycleStatistics(py::module_& m) {
+  using C = CycleStatistics;
+  BoundClass<C>(m, "CycleStatistics",
+                "How long cycles take, as a histogram of fixed size.")
+      .def_constructor<>()
+      .def("add", &C::Add, py::arg("duration"), "duration: s.")
+      .def("quantile", &C::Quantile, py::arg("probability"),
+           "s: the upper end of the half microsecond in which the quantile "
+           "lies; beyond 2 ms the maximum.\nprobability: in [0, 1].")
+      .def_property_readonly("count", &C::count, "cycles so far")
+      .def_property_readonly("max", &C::max, "s");
+}
+
 }  // namespace
 
 void BindDrivers(py::module_& m) {
@@ -118,6 +132,7 @@ void BindDrivers(py::module_& m) {
         "compensation, which the arm adds\nitself; a robot that never travels "
         "to where the hand is (proxy.reclutch), so that a scheme whose\nrobot "
         "has to is not valid.");
+  BindCycleStatistics(m);
   BindRobotCycle(m);
   BindOmega(m);
   BindFtSensor(m);

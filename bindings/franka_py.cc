@@ -30,15 +30,15 @@ void BindFranka(py::module_& m) {
       .Fields();
 
   using S = ExternalWrenchSensor;
-  py::class_<S, ForceTorqueSensorDriver>(
+  BoundClass<S, ForceTorqueSensorDriver>(
       m, "ExternalWrenchSensor",
       "Franka's estimate of the external wrench in the place of a force "
       "sensor. The adapter that takes it\nhas a tool of no mass: libfranka has "
       "taken the load's weight out.")
-      .def(
-          py::init([](const ArmModelParams<7>& arm, const py::object& p_SE) {
+      .def_factory(
+          [](const ArmModelParams<7>& arm, const py::object& p_SE) {
             return S(arm, Vec3(p_SE, "p_SE"));
-          }),
+          },
           py::arg("arm"), py::arg("p_SE"),
           "arm: ArmModelParams, with E beyond the flange; p_SE: (3,), m, in S, "
           "whose axes are E's: from its\norigin to E.")
@@ -54,8 +54,7 @@ void BindFranka(py::module_& m) {
           py::arg("time"), py::arg("K_F_ext_hat_K"), py::arg("F_T_EE"),
           py::arg("EE_T_K"),
           "What libfranka's RobotState said at a time, s: (6,), and (16,) "
-          "each, "
-          "column by column.");
+          "each, column by column.");
 }
 
 }  // namespace dual_proxy

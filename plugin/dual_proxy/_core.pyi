@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockOffset', 'ClockOffsetParams', 'ClockOffsetState', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'DriverError', 'ExternalWrenchSensor', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueReading', 'ForceTorqueSensor', 'ForceTorqueSensorDriver', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrankaCollisionParams', 'FrankaLoadParams', 'FrankaRobotSideParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HandleReading', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticDeviceCounters', 'HapticDeviceThreadParams', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkEnd', 'LinkEndParams', 'LinkEndState', 'LinkFrame', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OmegaDevice', 'OmegaDeviceParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RdtCounts', 'RdtSensor', 'RdtSensorParams', 'RobotCycle', 'RobotCycleState', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'decode_frame', 'describe_wire_error', 'encode_frame', 'make_hardware_defaults', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockOffset', 'ClockOffsetParams', 'ClockOffsetState', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'CycleStatistics', 'DriverError', 'ExternalWrenchSensor', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueReading', 'ForceTorqueSensor', 'ForceTorqueSensorDriver', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrankaCollisionParams', 'FrankaLoadParams', 'FrankaRobotSideParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HandleReading', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticDeviceCounters', 'HapticDeviceThreadParams', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkEnd', 'LinkEndParams', 'LinkEndState', 'LinkFrame', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OmegaDevice', 'OmegaDeviceParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RdtCounts', 'RdtSensor', 'RdtSensorParams', 'RobotCycle', 'RobotCycleState', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'decode_frame', 'describe_wire_error', 'encode_frame', 'make_hardware_defaults', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -7445,6 +7445,31 @@ class DriverError(RuntimeError):
     """
     What went wrong with hardware, in one line.
     """
+class CycleStatistics:
+    """
+    How long cycles take, as a histogram of fixed size.
+    """
+    def __init__(self) -> None:
+        ...
+    def add(self, duration: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        """
+        duration: s.
+        """
+    def quantile(self, probability: typing.SupportsFloat | typing.SupportsIndex) -> float:
+        """
+        s: the upper end of the half microsecond in which the quantile lies; beyond 2 ms the maximum.
+        probability: in [0, 1].
+        """
+    @property
+    def count(self) -> int:
+        """
+        cycles so far
+        """
+    @property
+    def max(self) -> float:
+        """
+        s
+        """
 class RobotCycleState:
     """
     Memory of RobotCycle, and the results of the last cycle.

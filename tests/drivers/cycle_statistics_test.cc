@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dual_proxy/drivers/franka/cycle_statistics.h"
+#include "dual_proxy/drivers/cycle_statistics.h"
 
 #include <limits>
 #include <thread>

@@ -20,7 +20,7 @@ import dual_proxy as dp
 from dual_proxy.cli import main
 from dual_proxy.hardware import robot_side
 from dual_proxy.hardware.arms import ArmFault, SimulatedPanda
-from dual_proxy.hardware.events import Events
+from dual_proxy.hardware.events import Events, cycle_text
 from dual_proxy.hardware.robot_side import (
     ROBOT_COLUMNS,
     RobotSideProcess,
@@ -175,7 +175,7 @@ def test_the_robot_never_travels_by_itself(port, haptic):
         travelled = rig.travelled(marks[begin], marks[end])
         print(f"{begin} to {end}: {1e3 * travelled:.2f} mm by itself")
         assert travelled < TRAVEL
-    print(f"{rig.most_force(0):.1f} N at most;", rig.side.work.text())
+    print(f"{rig.most_force(0):.1f} N at most;", cycle_text(rig.side.work))
 
 
 class Sensor:

@@ -10,8 +10,8 @@
 #include <optional>
 #include <string>
 
+#include "dual_proxy/drivers/cycle_statistics.h"
 #include "dual_proxy/drivers/driver.h"
-#include "dual_proxy/drivers/franka/cycle_statistics.h"
 #include "dual_proxy/drivers/franka/external_wrench.h"
 #include "dual_proxy/drivers/franka/franka_robot_side_params.h"
 #include "dual_proxy/drivers/franka/push_test.h"

@@ -8,9 +8,9 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
+from dual_proxy._core import CycleStatistics
 
-__all__ = ["CycleTimes", "Event", "Events"]
+__all__ = ["Event", "Events", "cycle_text"]
 
 
 @dataclass(frozen=True)
@@ -55,27 +55,10 @@ class Events:
         )
 
 
-class CycleTimes:
-    """How long cycles took: the last hundred thousand of them."""
-
-    _MOST = 100_000
-
-    def __init__(self) -> None:
-        self._times = np.zeros(self._MOST)
-        self.count = 0
-
-    def add(self, seconds: float) -> None:
-        """Note a cycle."""
-        self._times[self.count % self._MOST] = seconds
-        self.count += 1
-
-    def text(self) -> str:
-        """Return median, 99.9 % and maximum, us, in one line."""
-        if self.count == 0:
-            return "no cycles"
-        times = 1e6 * self._times[: min(self.count, self._MOST)]
-        median, most = np.quantile(times, [0.5, 0.999])
-        return (
-            f"{self.count} cycles: median {median:.0f} us, 99.9 % {most:.0f} us, "
-            f"maximum {times.max():.0f} us"
-        )
+def cycle_text(cycles: CycleStatistics) -> str:
+    """Return median, 99.9 % and maximum of how long cycles took, us, in one line."""
+    median, most = 1e6 * cycles.quantile(0.5), 1e6 * cycles.quantile(0.999)
+    return (
+        f"{cycles.count} cycles: median {median:.0f} us, 99.9 % {most:.0f} us, "
+        f"maximum {1e6 * cycles.max:.0f} us"
+    )

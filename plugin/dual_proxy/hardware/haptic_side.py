@@ -16,7 +16,7 @@ import numpy as np
 
 from dual_proxy._core import DriverError, HapticSide, LinkFrame
 from dual_proxy.hardware.devices import HapticDevice, is_reliable
-from dual_proxy.hardware.events import Events
+from dual_proxy.hardware.events import Events, cycle_text
 from dual_proxy.hardware.side_log import SideLog
 from dual_proxy.hardware.side_process import SideProcess
 from dual_proxy.link.message_link import MessageLink
@@ -87,7 +87,7 @@ class HapticSideProcess(SideProcess):
             device.open()
             self.events.add("started", "the device is ready")
             self._follow(time.monotonic() + duration)
-            self.events.add("ended", self.work.text())
+            self.events.add("ended", cycle_text(self.work))
             return True
         finally:
             device.close()

@@ -26,7 +26,7 @@ from dual_proxy._core import (
     make_hardware_defaults,
 )
 from dual_proxy.hardware.arms import Arm, ArmFault, ArmReading
-from dual_proxy.hardware.events import Events
+from dual_proxy.hardware.events import Events, cycle_text
 from dual_proxy.hardware.side_log import SideLog, read_side_log
 from dual_proxy.hardware.side_process import SideProcess
 from dual_proxy.link.message_link import MessageLink
@@ -245,7 +245,7 @@ class RobotSideProcess(SideProcess):
             )
             arm.write(state.torque, resting)
             if resting:
-                self.events.add("ended", self.work.text())
+                self.events.add("ended", cycle_text(self.work))
                 return True
             hold = state.side.hold
             self._send(now, state.message, LinkFrame.HOLDING if hold != "none" else 0)

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from dual_proxy._core import PoseMessage
-from dual_proxy.hardware.events import CycleTimes, Events
+from dual_proxy._core import CycleStatistics, PoseMessage
+from dual_proxy.hardware.events import Events
 from dual_proxy.hardware.side_log import SideLog
 from dual_proxy.link import SIDES
 from dual_proxy.link.message_link import MessageLink
@@ -38,7 +38,7 @@ class SideProcess:
         columns: Sequence[str],
     ) -> None:
         self.events = events or Events(side)
-        self.work = CycleTimes()
+        self.work = CycleStatistics()
         (self._other,) = (other for other in SIDES if other != side)
         self._link = link
         self._message: Any = PoseMessage()
