@@ -303,8 +303,8 @@ def _parser() -> argparse.ArgumentParser:
         "--replay",
         type=Path,
         metavar="MCAP",
-        help="in place of a scenario: play the log of a robot-side back through the "
-        "same cycle",
+        help="in place of a scenario: play the log of a robot-side or haptic-side back "
+        "through the same cycle",
     )
     add(
         "--out",
@@ -796,20 +796,23 @@ def _list() -> int:
 def _replay(path: Path) -> int:
     # Here, as no other run needs it.
     from dual_proxy._core import DriverError
-    from dual_proxy.hardware.robot_side import replay_robot_side
+    from dual_proxy.hardware.replay import replay_side
 
     try:
-        replayed = replay_robot_side(path)
+        replayed = replay_side(path)
     except DriverError as error:
         return _fail(str(error), _BAD_INPUT)
-    print(f"{replayed.cycles} cycles, {replayed.seconds:.3f} s")
+    side, command, unit = replayed.side, "torque", "N m"
+    if side == "haptic":
+        command, unit = "wrench", "N or N m"
+    print(f"{side} side: {replayed.cycles} cycles, {replayed.seconds:.3f} s")
     if replayed.different:
         return _fail(
-            f"{replayed.different} cycles have other torques than were logged, by up "
-            f"to {replayed.largest:.3g} N m",
+            f"{replayed.different} cycles have another {command} or message than was "
+            f"logged, {command} by up to {replayed.largest:.3g} {unit}",
             _RUN_FAILED,
         )
-    print("every torque is what was logged, bit for bit")
+    print(f"every {command} and message is what was logged, bit for bit")
     return 0
 
 

@@ -21,11 +21,8 @@ from dual_proxy.cli import main
 from dual_proxy.hardware import robot_side
 from dual_proxy.hardware.arms import ArmFault, SimulatedPanda
 from dual_proxy.hardware.events import Events, cycle_text
-from dual_proxy.hardware.robot_side import (
-    ROBOT_COLUMNS,
-    RobotSideProcess,
-    replay_robot_side,
-)
+from dual_proxy.hardware.replay import replay_side
+from dual_proxy.hardware.robot_side import ROBOT_COLUMNS, RobotSideProcess
 from dual_proxy.hardware.side_log import SideLog, read_side_log
 
 zenoh = pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
@@ -265,7 +262,7 @@ def test_an_arm_that_stops_goes_on_from_where_it_is(port, haptic, tmp_path, caps
     assert travelled < TRAVEL
     print(f"{rig.most_force(marks['stalled']):.1f} N at most after it")
     with capsys.disabled():
-        replayed = replay_robot_side(log)
+        replayed = replay_side(log)
     assert replayed.cycles == len(rig.times)
     assert replayed.different == 0
     assert main(["run", "--replay", str(log)]) == 0
@@ -273,15 +270,15 @@ def test_an_arm_that_stops_goes_on_from_where_it_is(port, haptic, tmp_path, caps
     # What a process that is killed leaves behind.
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(log.read_bytes()[: log.stat().st_size // 2])
-    replayed = replay_robot_side(cut)
+    replayed = replay_side(cut)
     assert replayed.cycles > 500
     assert replayed.different == 0
     # Wherever it is cut.
-    head = log.read_bytes()[:20000]
+    head = log.read_bytes()[:21000]
     whole = []
-    for size in range(19000, len(head)):
+    for size in range(20000, len(head)):
         cut.write_bytes(head[:size])
-        _, cycles = read_side_log(cut, "robot", ROBOT_COLUMNS)
+        _, cycles = read_side_log(cut, {"robot": ROBOT_COLUMNS})
         whole.append(sum(len(cycle.values) == len(ROBOT_COLUMNS) for cycle in cycles))
     assert whole == sorted(whole)
     assert whole[0] > 10

@@ -10,29 +10,58 @@ import math
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dual_proxy._core import DriverError, HapticSide, LinkFrame
 from dual_proxy.hardware.devices import HapticDevice, is_reliable
 from dual_proxy.hardware.events import Events, cycle_text
-from dual_proxy.hardware.side_log import SideLog
+from dual_proxy.hardware.side_log import SideLog, message_digest
 from dual_proxy.hardware.side_process import SideProcess
-from dual_proxy.link.message_link import MessageLink
 from dual_proxy.scenario import Scenario
 
-__all__ = ["HapticSideProcess"]
+if TYPE_CHECKING:
+    from dual_proxy.link.message_link import MessageLink
+
+__all__ = ["HAPTIC_COLUMNS", "HapticSideProcess", "make_side", "update_side"]
 
 #: Of a cycle in the log.
 HAPTIC_COLUMNS = (
-    *("time", "handle_time", "good", "x", "y", "z"),
+    *("time", "handle_time", "handle_valid", "good", "x", "y", "z"),
     *(f"R{i}{j}" for i in range(1, 4) for j in range(1, 4)),
     *("vx", "vy", "vz", "wx", "wy", "wz", "gripper_opening", "clutch"),
-    *("fx", "fy", "fz", "mx", "my", "mz"),
+    *("fx", "fy", "fz", "mx", "my", "mz", "sent"),
 )
 _NO_POSITION = np.full(3, math.nan)
 _NO_WRENCH = np.zeros(6)
+
+
+def make_side(scenario: Scenario) -> HapticSide:
+    """Return a scenario's haptic side, with the device's buttons."""
+    params = scenario.haptic_side_params()
+    aids = params.aids
+    aids.buttons = True
+    params.aids = aids
+    return HapticSide(params)
+
+
+def update_side(
+    side: HapticSide, now: float, message: Any, handle: Any, good: bool, state: Any
+) -> Any:
+    """Advance a side by a period with a Handle, of which nothing counts unless it is
+    good; return the wrench for the hand."""
+    side.update(
+        now,
+        message,
+        handle.pose.p if good else _NO_POSITION,
+        handle.pose.R,
+        handle.velocity,
+        state,
+        clutch=handle.clutch,
+        gripper_opening=handle.gripper_opening,
+    )
+    return state.device_wrench if good else _NO_WRENCH
 
 
 class HapticSideProcess(SideProcess):
@@ -63,11 +92,7 @@ class HapticSideProcess(SideProcess):
     ) -> None:
         config = {"scenario": scenario.to_yaml()}
         super().__init__("haptic", link, events, log, config, HAPTIC_COLUMNS)
-        params = scenario.haptic_side_params()
-        aids = params.aids
-        aids.buttons = True
-        params.aids = aids
-        self._side = HapticSide(params)
+        self._side = make_side(scenario)
         self.state = self._side.make_state()
         self._period = float(scenario.control_period)
         self._device = device
@@ -123,17 +148,8 @@ class HapticSideProcess(SideProcess):
                 reopen_at = now + self._REOPEN
                 self._reopen()
             self._receive(now)
-            side.update(
-                now,
-                self._message,
-                handle.pose.p if good else _NO_POSITION,
-                handle.pose.R,
-                handle.velocity,
-                state,
-                clutch=handle.clutch,
-                gripper_opening=handle.gripper_opening,
-            )
-            device.write(state.device_wrench if good else _NO_WRENCH)
+            wrench = update_side(side, now, self._message, handle, good, state)
+            device.write(wrench)
             flags = 0 if good else LinkFrame.FAULT
             if handle.clutch:
                 flags |= LinkFrame.CLUTCH
@@ -142,22 +158,25 @@ class HapticSideProcess(SideProcess):
                 clutched = handle.clutch
                 self.events.add("clutch", "pressed" if clutched else "let go")
             if self._log is not None:
-                self._write(self._log, now, handle, good)
+                self._write(self._log, now, handle, good, wrench)
             if self.on_cycle is not None:
                 self.on_cycle(now, handle)
             self.work.add(time.monotonic() - now)
 
-    def _write(self, log: SideLog, now: float, handle: Any, good: bool) -> None:
+    def _write(
+        self, log: SideLog, now: float, handle: Any, good: bool, wrench: Any
+    ) -> None:
         state = self.state
         log.cycle(
             now,
             (
-                (now, handle.time, good),
+                (now, handle.time, handle.valid, good),
                 handle.pose.p,
                 np.ravel(handle.pose.R),
                 handle.velocity,
                 (handle.gripper_opening, handle.clutch),
-                state.device_wrench,
+                wrench,
+                (message_digest(state.message),),
             ),
         )
         if log.wants_state(now):
@@ -165,7 +184,7 @@ class HapticSideProcess(SideProcess):
                 now,
                 {
                     "position": handle.pose.p.tolist(),
-                    "force": state.device_wrench[:3].tolist(),
+                    "force": wrench[:3].tolist(),
                     "clutch": bool(handle.clutch),
                     "link_age": state.link.age,
                 },

@@ -12,33 +12,29 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dual_proxy._core import (
     ForceTorqueAdapterParams,
     LinkFrame,
-    PoseMessage,
     RobotCycle,
     make_hardware_defaults,
 )
 from dual_proxy.hardware.arms import Arm, ArmFault, ArmReading
 from dual_proxy.hardware.events import Events, cycle_text
-from dual_proxy.hardware.side_log import SideLog, read_side_log
+from dual_proxy.hardware.side_log import SideLog, message_digest
 from dual_proxy.hardware.side_process import SideProcess
-from dual_proxy.link.message_link import MessageLink
 from dual_proxy.panda import PandaModel, p_SE_S
 from dual_proxy.scenario import Scenario
-from dual_proxy.settings import dump_yaml, parse_yaml
+from dual_proxy.settings import dump_yaml
 
-__all__ = [
-    "Replayed",
-    "RobotSideProcess",
-    "replay_robot_side",
-]
+if TYPE_CHECKING:
+    from dual_proxy.link.message_link import MessageLink
+
+__all__ = ["ROBOT_COLUMNS", "RobotSideProcess", "make_cycle", "make_seeds"]
 
 #: Of a cycle in the log.
 ROBOT_COLUMNS = (
@@ -47,6 +43,7 @@ ROBOT_COLUMNS = (
     *("sensor_time", "sensor_valid", "hold"),
     *("fx", "fy", "fz", "mx", "my", "mz"),
     *(f"torque{i}" for i in range(1, 8)),
+    "sent",
 )
 
 #: s: between two attempts to make an arm ready again, how many in a row, and s for
@@ -98,7 +95,7 @@ class RobotSideProcess(SideProcess):
     adapter : of that sensor; its `period` is the scenario's, and it learns the bias.
     tool_mass : kg, beyond the flange: of the model, and by default of the adapter.
     confirm : asked once before the arm is started; False: it is not.
-    log : MCAP file of all that comes in and goes out, for `replay_robot_side`.
+    log : MCAP file of all that comes in and goes out, for `replay_side`.
     """
 
     def __init__(
@@ -243,7 +240,13 @@ class RobotSideProcess(SideProcess):
             resting = ending and (
                 now >= resting_until or float(np.abs(reading.v).max()) < _REST
             )
-            arm.write(state.torque, resting)
+            try:
+                arm.write(state.torque, resting)
+            except ArmFault:
+                # The cycle counts, as what it knows of the sensor goes on.
+                if self._log is not None:
+                    self._write(self._log, now, reading, wrench, holds)
+                raise
             if resting:
                 self.events.add("ended", cycle_text(self.work))
                 return True
@@ -272,6 +275,7 @@ class RobotSideProcess(SideProcess):
                 (wrench.time, wrench.valid, holds),
                 wrench.value,
                 state.torque,
+                (message_digest(state.message),),
             ),
         )
         if log.wants_state(now):
@@ -296,69 +300,3 @@ def _plain(params: Any) -> dict[str, Any]:
         name: value.tolist() if isinstance(value, np.ndarray) else value
         for name, value in params.__getstate__().items()
     }
-
-
-@dataclass(frozen=True)
-class Replayed:
-    """What became of a log that was played back.
-
-    Attributes
-    ----------
-    cycles : played.
-    different : of them, those whose torque is not what was logged, bit for bit.
-    largest : N m, the largest difference.
-    seconds : from the first to the last.
-    """
-
-    cycles: int
-    different: int
-    largest: float
-    seconds: float
-
-
-def replay_robot_side(path: Path) -> Replayed:
-    """Play a robot side's log back through the same cycle.
-
-    Raises
-    ------
-    DriverError
-        If the file cannot be read, or is another log.
-    """
-    config, cycles = read_side_log(path, "robot", ROBOT_COLUMNS)
-    text = parse_yaml(config["scenario"], str(path))
-    (name,) = text
-    scenario = Scenario.from_mapping(name, text[name])
-    adapter = ForceTorqueAdapterParams(**parse_yaml(config["adapter"], str(path)))
-    model = PandaModel(float(config["tool_mass"]), scenario.scene.gravity)
-    cycle = make_cycle(scenario, adapter, model)
-    seeds = make_seeds(scenario)
-    state = cycle.make_state(*seeds)
-    message: Any = PoseMessage()
-    count = different = 0
-    largest = 0.0
-    first = last = None
-    for logged in cycles:
-        values = logged.values
-        now = float(values[0])
-        first, last = now if first is None else first, now
-        if "recovered" in logged.kinds:
-            cycle.restart(state, *seeds)
-        if logged.message is not None:
-            message = logged.message
-        cycle.update(
-            now,
-            values[1:8],
-            values[8:15],
-            message,
-            state,
-            sensor_time=values[22],
-            sensor_valid=bool(values[23]),
-            measured=values[25:31],
-            received_torque=values[15:22],
-            hold=bool(values[24]),
-        )
-        count += 1
-        difference = float(np.abs(state.torque - values[31:38]).max())
-        different += difference != 0
-        largest = max(largest, difference)
-    return Replayed(count, different, largest, (last or 0.0) - (first or 0.0))

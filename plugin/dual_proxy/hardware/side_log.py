@@ -18,7 +18,8 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator, Sequence
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any, NamedTuple
 
@@ -28,9 +29,18 @@ from numpy.typing import NDArray
 from dual_proxy._core import DriverError, LinkFrame, decode_frame, encode_frame
 from dual_proxy.hardware.events import Event
 
-__all__ = ["LoggedCycle", "SideLog", "read_side_log"]
+__all__ = ["LoggedCycle", "SideLog", "message_digest", "read_side_log"]
 
 _STATE_PERIOD = 0.02
+
+
+def message_digest(message: Any) -> float:
+    """Return the CRC-32 of a message's bytes: of what a side sent a log has only
+    this, by which one that is played back is known to send the same."""
+    frame = LinkFrame()
+    frame.session = 1
+    frame.message = message
+    return float(zlib.crc32(encode_frame(frame)))
 
 
 class SideLog:
@@ -140,24 +150,29 @@ class LoggedCycle(NamedTuple):
 
 
 def read_side_log(
-    path: Path, side: str, columns: Sequence[str]
+    path: Path, columns: Mapping[str, Sequence[str]]
 ) -> tuple[dict[str, str], Iterator[LoggedCycle]]:
-    """Return what the side was made of, and its periods in order. The end of a file
-    that was cut is where it was cut.
+    """Return what the side was made of, `side` among it, and its periods in order. The
+    end of a file that was cut is where it was cut.
+
+    Parameters
+    ----------
+    columns : of a cycle, for each side whose log it may be.
 
     Raises
     ------
     DriverError
-        If the file cannot be read, or is no log of that side with these columns.
+        If the file cannot be read, or is no log of such a side with its columns.
     """
     records = _records(path)
     for record in records:
         if type(record).__name__ == "Metadata" and record.name == "side":
             config = dict(record.metadata)
-            if config["side"] != side:
-                raise DriverError(f"{path}: expected the log of a {side} side")
-            return config, _cycles(records, path, _direction(side), columns)
-    raise DriverError(f"{path}: expected the log of a robot or haptic side")
+            side = config["side"]
+            if side in columns:
+                return config, _cycles(records, path, _direction(side), columns[side])
+            break
+    raise DriverError(f"{path}: expected the log of a {' or '.join(columns)} side")
 
 
 class _Whole:

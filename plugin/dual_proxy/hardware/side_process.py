@@ -5,13 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dual_proxy._core import CycleStatistics, PoseMessage
 from dual_proxy.hardware.events import Events
 from dual_proxy.hardware.side_log import SideLog
 from dual_proxy.link import SIDES
-from dual_proxy.link.message_link import MessageLink
+
+if TYPE_CHECKING:
+    from dual_proxy.link.message_link import MessageLink
 
 __all__ = ["SideProcess"]
 
