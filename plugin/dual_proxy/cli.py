@@ -778,7 +778,7 @@ def _run_side(options: argparse.Namespace) -> int:
         ends = dict.fromkeys(
             (signal.SIGINT, signal.SIGTERM, signal.SIGHUP), lambda *_: side.stop()
         )
-        with _handling(ends):
+        with contextlib.closing(side), _handling(ends):
             done = side.run(math.inf if options.duration is None else options.duration)
     except (DriverError, ArmFault) as error:
         return _fail(one_line(error, 500), _RUN_FAILED)

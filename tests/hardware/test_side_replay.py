@@ -133,9 +133,7 @@ def test_a_haptic_sides_log_gives_the_same_again(tmp_path, capsys, monkeypatch):
     handle_of = replay.handle_of
 
     def without_clutch(values):
-        handle = handle_of(values)
-        handle.clutch = False
-        return handle
+        return replace(handle_of(values), clutch=False)
 
     monkeypatch.setattr(replay, "handle_of", without_clutch)
     assert replay.replay_side(log).different > 100

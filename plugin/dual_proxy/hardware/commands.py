@@ -23,7 +23,8 @@ from dual_proxy._core import (
 from dual_proxy.hardware.arms import FrankaArm, SimulatedPanda
 from dual_proxy.hardware.devices import SimulatedHand
 from dual_proxy.hardware.haptic_side import HapticSideProcess
-from dual_proxy.hardware.options import SIMULATED
+from dual_proxy.hardware.options import OMEGA, REPLAY, SIMULATED
+from dual_proxy.hardware.replayed import ReplayedHand, ReplayedSensor
 from dual_proxy.hardware.robot_side import RobotSideProcess
 from dual_proxy.link.message_link import MessageLink
 from dual_proxy.scenario import Scenario, ScenarioError
@@ -42,6 +43,11 @@ def make_robot_side(
     arm: Any
     if options.arm == SIMULATED:
         arm = SimulatedPanda(scenario)
+    elif options.sensor.startswith(REPLAY):
+        raise ScenarioError(
+            f"--sensor: expected {options.sensor} with --arm {SIMULATED} only: a real "
+            "arm would not feel what it touches"
+        )
     else:
         # Its centre of mass in the flange's frame: S is there, along the same axes.
         load = FrankaLoadParams(mass=tool_mass, com=scenario.sensor.tool_com)
@@ -67,9 +73,16 @@ def make_haptic_side(
     options: argparse.Namespace, scenario: Scenario
 ) -> HapticSideProcess:
     """Return what is to be run. Raises ScenarioError, LinkError, DriverError."""
+    kind = options.device
+    device: Any = None
+    if kind.startswith(REPLAY):
+        device = ReplayedHand(_replay_path("--device", kind))
+    elif kind not in (OMEGA, SIMULATED):
+        raise ScenarioError(
+            f"--device: expected {OMEGA}, {SIMULATED} or {REPLAY}LOG, got {kind!r}"
+        )
     link = _make_link("haptic", options, scenario)
-    device: Any
-    if options.device == SIMULATED:
+    if kind == SIMULATED:
 
         def may_move() -> bool:
             return link.connected(time.monotonic()) and not (
@@ -77,7 +90,7 @@ def make_haptic_side(
             )
 
         device = SimulatedHand(scenario, may_move)
-    else:
+    elif kind == OMEGA:
         device = OmegaDevice(
             OmegaDeviceParams(library=options.sdk, homing=options.homing)
         )
@@ -105,10 +118,21 @@ def _log_path(side: str) -> Path:
     return Path(f"out/hardware/{now:%Y-%m-%d-%H%M%S}-{side}-{os.getpid()}.mcap")
 
 
-def _make_sensor(text: str) -> RdtSensor:
+def _replay_path(option: str, text: str) -> Path:
+    path = text.removeprefix(REPLAY)
+    if not path:
+        raise ScenarioError(f"{option}: expected {REPLAY}LOG, got {text!r}")
+    return Path(path)
+
+
+def _make_sensor(text: str) -> RdtSensor | ReplayedSensor:
+    if text.startswith(REPLAY):
+        return ReplayedSensor(_replay_path("--sensor", text))
     kind, _, host = text.partition(":")
     if kind != "rdt" or not host:
-        raise ScenarioError(f"--sensor: expected own or rdt:HOST, got {text!r}")
+        raise ScenarioError(
+            f"--sensor: expected own, rdt:HOST or {REPLAY}LOG, got {text!r}"
+        )
     from dual_proxy.ft_sensor import fetch_rdt_params
 
     return RdtSensor(fetch_rdt_params(host))

@@ -62,7 +62,7 @@ class HapticDevice(Protocol):
 
 @dataclass(frozen=True)
 class SimulatedHandle:
-    """A reading of a SimulatedHand; see HandleReading."""
+    """A reading of a device that is simulated or replayed; see HandleReading."""
 
     time: float
     valid: bool

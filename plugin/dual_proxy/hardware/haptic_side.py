@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dual_proxy._core import DriverError, HapticSide, LinkFrame
-from dual_proxy.hardware.devices import HapticDevice, is_reliable
+from dual_proxy._core import DriverError, HapticSide, LinkFrame, Pose
+from dual_proxy.hardware.devices import HapticDevice, SimulatedHandle, is_reliable
 from dual_proxy.hardware.events import Events, cycle_text
 from dual_proxy.hardware.side_log import SideLog, message_digest
 from dual_proxy.hardware.side_process import SideProcess
@@ -24,7 +24,13 @@ from dual_proxy.scenario import Scenario
 if TYPE_CHECKING:
     from dual_proxy.link.message_link import MessageLink
 
-__all__ = ["HAPTIC_COLUMNS", "HapticSideProcess", "make_side", "update_side"]
+__all__ = [
+    "HAPTIC_COLUMNS",
+    "HapticSideProcess",
+    "handle_of",
+    "make_side",
+    "update_side",
+]
 
 #: Of a cycle in the log.
 HAPTIC_COLUMNS = (
@@ -35,6 +41,18 @@ HAPTIC_COLUMNS = (
 )
 _NO_POSITION = np.full(3, math.nan)
 _NO_WRENCH = np.zeros(6)
+
+
+def handle_of(values: Any) -> SimulatedHandle:
+    """Return the handle that a cycle of a log has."""
+    return SimulatedHandle(
+        float(values[1]),
+        bool(values[2]),
+        Pose(values[4:7], values[7:16].reshape(3, 3)),
+        values[16:22],
+        float(values[22]),
+        bool(values[23]),
+    )
 
 
 def make_side(scenario: Scenario) -> HapticSide:

@@ -7,9 +7,12 @@ import argparse
 import math
 from pathlib import Path
 
-__all__ = ["SIMULATED", "add_haptic_side", "add_robot_side"]
+__all__ = ["OMEGA", "REPLAY", "SIMULATED", "add_haptic_side", "add_robot_side"]
 
+OMEGA = "omega"
 SIMULATED = "simulated"
+#: Before the path of a log.
+REPLAY = "replay:"
 
 
 def add_robot_side(command: argparse.ArgumentParser) -> None:
@@ -27,7 +30,8 @@ def add_robot_side(command: argparse.ArgumentParser) -> None:
         default="own",
         metavar="SENSOR",
         help="own: the arm's own, or its estimate (default); rdt:HOST: a sensor that "
-        "speaks RDT, as ATI's Net F/T",
+        "speaks RDT, as ATI's Net F/T; replay:LOG: of a robot-side's log, for a "
+        "simulated arm",
     )
     add(
         "--tool",
@@ -49,9 +53,9 @@ def add_haptic_side(command: argparse.ArgumentParser) -> None:
     add(
         "--device",
         required=True,
-        choices=("omega", SIMULATED),
+        metavar="DEVICE",
         help="omega: what Force Dimension's SDK knows; simulated: the scenario's "
-        "operator",
+        "operator; replay:LOG: the hand of a haptic-side's log",
     )
     add(
         "--sdk",

@@ -5,21 +5,30 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dual_proxy._core import ForceTorqueAdapterParams, Pose, PoseMessage
-from dual_proxy.hardware.haptic_side import HAPTIC_COLUMNS, make_side, update_side
-from dual_proxy.hardware.robot_side import ROBOT_COLUMNS, make_cycle, make_seeds
+from dual_proxy._core import ForceTorqueAdapterParams, PoseMessage
+from dual_proxy.hardware.haptic_side import (
+    HAPTIC_COLUMNS,
+    handle_of,
+    make_side,
+    update_side,
+)
+from dual_proxy.hardware.robot_side import (
+    ROBOT_COLUMNS,
+    make_cycle,
+    make_seeds,
+    wrench_of,
+)
 from dual_proxy.hardware.side_log import LoggedCycle, message_digest, read_side_log
 from dual_proxy.panda import PandaModel
 from dual_proxy.scenario import Scenario
 from dual_proxy.settings import parse_yaml
 
-__all__ = ["Replayed", "handle_of", "replay_side"]
+__all__ = ["Replayed", "replay_side"]
 
 Vector = NDArray[np.float64]
 
@@ -95,6 +104,7 @@ class _Robot:
     def update(self, now: float, message: Any, logged: LoggedCycle) -> Vector:
         """Return the torque of the period."""
         values, state = logged.values, self.state
+        wrench = wrench_of(values)
         if "recovered" in logged.kinds:
             self._cycle.restart(state, *self._seeds)
         self._cycle.update(
@@ -103,9 +113,9 @@ class _Robot:
             values[8:15],
             message,
             state,
-            sensor_time=values[22],
-            sensor_valid=bool(values[23]),
-            measured=values[25:31],
+            sensor_time=wrench.time,
+            sensor_valid=wrench.valid,
+            measured=wrench.value,
             received_torque=values[15:22],
             hold=bool(values[24]),
         )
@@ -122,15 +132,3 @@ class _Haptic:
         handle, good = handle_of(logged.values), bool(logged.values[3])
         wrench = update_side(self._side, now, message, handle, good, self.state)
         return np.asarray(wrench)
-
-
-def handle_of(values: Vector) -> Any:
-    """Return the Handle that a haptic side's cycle has."""
-    return SimpleNamespace(
-        time=float(values[1]),
-        valid=bool(values[2]),
-        pose=Pose(values[4:7], values[7:16].reshape(3, 3)),
-        velocity=values[16:22],
-        gripper_opening=float(values[22]),
-        clutch=bool(values[23]),
-    )

@@ -23,7 +23,7 @@ from dual_proxy._core import (
     RobotCycle,
     make_hardware_defaults,
 )
-from dual_proxy.hardware.arms import Arm, ArmFault, ArmReading
+from dual_proxy.hardware.arms import Arm, ArmFault, ArmReading, Wrench
 from dual_proxy.hardware.events import Events, cycle_text
 from dual_proxy.hardware.side_log import SideLog, message_digest
 from dual_proxy.hardware.side_process import SideProcess
@@ -34,7 +34,7 @@ from dual_proxy.settings import dump_yaml
 if TYPE_CHECKING:
     from dual_proxy.link.message_link import MessageLink
 
-__all__ = ["ROBOT_COLUMNS", "RobotSideProcess", "make_cycle", "make_seeds"]
+__all__ = ["ROBOT_COLUMNS", "RobotSideProcess", "make_cycle", "make_seeds", "wrench_of"]
 
 #: Of a cycle in the log.
 ROBOT_COLUMNS = (
@@ -64,6 +64,11 @@ _HOLDS = {
     "bad_inputs": "inputs that cannot be: it brakes",
     "none": "it follows the hand",
 }
+
+
+def wrench_of(values: Any) -> Wrench:
+    """Return what the sensor measured, of a cycle of a log."""
+    return Wrench(float(values[22]), bool(values[23]), values[25:31])
 
 
 def make_cycle(

@@ -55,6 +55,11 @@ class SideProcess:
         """Have `run` come to rest and end; for signal handlers and other threads."""
         self._stop = True
 
+    def close(self) -> None:
+        """Close the link; all else `run` has closed."""
+        if self._link is not None:
+            self._link.close()
+
     def _receive(self, now: float) -> int:
         """Take the newest message, if one came; return the other side's flags."""
         if self._link is None:
