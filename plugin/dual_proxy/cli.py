@@ -27,7 +27,11 @@ from typing import Any, NoReturn
 
 from dual_proxy.bench.pages import markdown_table
 from dual_proxy.claims import limit_text, statement, verdict_text
-from dual_proxy.hardware.options import add_haptic_side, add_robot_side
+from dual_proxy.hardware.options import (
+    add_haptic_side,
+    add_record_poses,
+    add_robot_side,
+)
 from dual_proxy.link import SIDES, LinkError
 from dual_proxy.many_runs import count_workers
 from dual_proxy.metrics import ANGULAR_METRICS, METRICS, format_metric
@@ -67,6 +71,7 @@ examples:
   dual-proxy bench filter --quick
   dual-proxy bench engine --quick
   dual-proxy keys out/keys --robot-host 192.168.1.10 --haptic-host 192.168.1.20
+  dual-proxy record-poses --arm simulated --sensor own --poses 6 --out poses.csv
   dual-proxy calibrate-tool poses.csv --out tool.yaml
   dual-proxy robot-side plane --arm simulated --listen 127.0.0.1:7447 --insecure
   dual-proxy haptic-side plane --device simulated --connect 127.0.0.1:7447 --insecure
@@ -221,6 +226,8 @@ def _main(arguments: Sequence[str] | None) -> int:
             return _compare(options)
         if options.command == "keys":
             return _keys(options)
+        if options.command == "record-poses":
+            return _record_poses(options)
         if options.command == "reproduce":
             return _reproduce(options)
         if options.command == "stress":
@@ -319,6 +326,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_stress(commands)
     _add_keys(commands)
     _add_calibrate_tool(commands)
+    _add_record_poses(commands)
     _add_sides(commands)
     return parser
 
@@ -688,7 +696,7 @@ def _add_calibrate_tool(commands: Any) -> None:
     command = commands.add_parser(
         "calibrate-tool",
         help="mass, centre of mass and bias of a tool, from poses at rest",
-        epilog="docs/force_sensor.md says how to record them.",
+        epilog="dual-proxy record-poses records them; docs/force_sensor.md says how.",
     )
     add = command.add_argument
     add(
@@ -740,6 +748,42 @@ def _calibrate_tool(options: argparse.Namespace) -> int:
     return 0
 
 
+def _add_record_poses(commands: Any) -> None:
+    add_record_poses(
+        commands.add_parser(
+            "record-poses",
+            help="record poses of a tool for calibrate-tool, of an arm guided by hand",
+            epilog="docs/force_sensor.md says which.",
+        )
+    )
+
+
+def _record_poses(options: argparse.Namespace) -> int:
+    # Here, as no other command needs it.
+    from dual_proxy._core import DriverError
+    from dual_proxy.hardware.arms import ArmFault
+    from dual_proxy.hardware.pose_recorder import make_pose_recorder
+    from dual_proxy.tool_calibration import FEWEST_POSES
+
+    try:
+        recorder = make_pose_recorder(options)
+        with _handling(_ends(recorder)):
+            count = recorder.run()
+    except (DriverError, ArmFault) as error:
+        return _fail(one_line(error, 500), _RUN_FAILED)
+    print(f"saved: {options.out}, {count} poses")
+    if count < FEWEST_POSES:
+        return _fail(f"expected at least {FEWEST_POSES} poses", _RUN_FAILED)
+    return 0
+
+
+def _ends(runs: Any) -> dict[signal.Signals, Any]:
+    """Return handlers with which Ctrl-C, SIGTERM and SIGHUP stop something."""
+    return dict.fromkeys(
+        (signal.SIGINT, signal.SIGTERM, signal.SIGHUP), lambda *_: runs.stop()
+    )
+
+
 def _add_sides(commands: Any) -> None:
     for side, text, add_options in (
         (
@@ -775,10 +819,7 @@ def _run_side(options: argparse.Namespace) -> int:
     make = make_robot_side if options.command == "robot-side" else make_haptic_side
     try:
         side = make(options, scenario)
-        ends = dict.fromkeys(
-            (signal.SIGINT, signal.SIGTERM, signal.SIGHUP), lambda *_: side.stop()
-        )
-        with contextlib.closing(side), _handling(ends):
+        with contextlib.closing(side), _handling(_ends(side)):
             done = side.run(math.inf if options.duration is None else options.duration)
     except (DriverError, ArmFault) as error:
         return _fail(one_line(error, 500), _RUN_FAILED)

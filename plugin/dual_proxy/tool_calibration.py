@@ -33,10 +33,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CalibrationError",
+    "RestFollower",
     "RestingPose",
     "ToolCalibration",
     "calibrate_tool",
     "find_resting_poses",
+    "pose_condition",
     "read_samples",
 ]
 
@@ -56,13 +58,14 @@ REST_TURN = np.deg2rad(0.5)
 LARGEST_NOISE = 1.0
 """N, standard deviation per axis in a pose; more is a touch or a move."""
 
+WRENCH_COLUMNS = ["fx", "fy", "fz", "mx", "my", "mz"]
+JOINT_COLUMNS = [f"q{i}" for i in range(1, 8)]
+
 # As kMaxTime and kMaxForce of systems/common/possible.h.
 _LATEST = 1e11
 _LARGEST = 1e4
 
-_WRENCH = ["fx", "fy", "fz", "mx", "my", "mz"]
 _QUATERNION = ["qw", "qx", "qy", "qz"]
-_JOINTS = [f"q{i}" for i in range(1, 8)]
 
 
 class CalibrationError(ValueError):
@@ -216,13 +219,8 @@ def calibrate_tool(
     if not (np.isfinite(up).all() and np.isfinite(wrenches).all()):
         raise CalibrationError("expected finite rotations and wrenches")
 
-    units = np.tile(np.eye(3), (len(poses), 1, 1))
-    of_force = np.concatenate([up[:, :, None], units], axis=2)
-    of_moment = np.concatenate([-_cross(up), units], axis=2)
-    condition = max(
-        float(np.linalg.cond(design.reshape(-1, design.shape[2])))
-        for design in (of_force, of_moment)
-    )
+    of_force, of_moment = _designs(poses)
+    condition = pose_condition(poses)
     if not condition <= LARGEST_CONDITION:
         raise CalibrationError(
             f"expected poses that differ more: condition {condition:.3g}, at most "
@@ -270,6 +268,47 @@ def calibrate_tool(
     return calibration
 
 
+def pose_condition(poses: Sequence[RestingPose]) -> float:
+    """Return how much worse the worst combination of a tool's numbers is seen by these
+    poses than the best; infinite, or nearly so: not at all."""
+    if len(poses) < 2:
+        return float("inf")
+    return max(
+        float(np.linalg.cond(design.reshape(-1, design.shape[2])))
+        for design in _designs(poses)
+    )
+
+
+class RestFollower:
+    """Tells from sample to sample for how long a tool is at rest.
+
+    It is for as long as it turns, or its joints move, by less than `REST_TURN`.
+    """
+
+    def __init__(self) -> None:
+        self._place: Array | None = None
+        self._since = 0.0
+        self.duration = 0.0
+        """s, of the rest so far."""
+
+    def add(self, time: float, place: Array) -> bool:
+        """Take a sample, s and rad; return whether a new rest begins with it."""
+        place_before = self._place
+        if (
+            place_before is not None
+            and np.linalg.norm(place - place_before) < REST_TURN
+        ):
+            self.duration = time - self._since
+            return False
+        self._place, self._since, self.duration = place, time, 0.0
+        return True
+
+    @property
+    def is_pose(self) -> bool:
+        """Whether it is long enough."""
+        return self.duration >= SETTLE_TIME + REST_TIME
+
+
 def find_resting_poses(samples: pd.DataFrame) -> list[RestingPose]:
     """Find where the tool was at rest.
 
@@ -287,14 +326,14 @@ def find_resting_poses(samples: pd.DataFrame) -> list[RestingPose]:
     """
     by_joints = "qw" not in samples
     if by_joints:
-        place = samples[_JOINTS].to_numpy()
+        place = samples[JOINT_COLUMNS].to_numpy()
         rotations = np.empty((0, 3, 3))
     else:
         rotations = _rotations(samples[_QUATERNION].to_numpy())
         # So that the distance of two is the angle between them.
         place = rotations.reshape(-1, 9) / np.sqrt(2)
     time = samples["t"].to_numpy()
-    wrenches = samples[_WRENCH].to_numpy()
+    wrenches = samples[WRENCH_COLUMNS].to_numpy()
     poses = []
     for first, last in _rests(time, place):
         rows = slice(np.searchsorted(time, time[first] + SETTLE_TIME), last)
@@ -348,8 +387,8 @@ def read_samples(path: str | Path) -> pd.DataFrame:
         raise CalibrationError(f"{path}: {error.strerror}") from None
     except ValueError as error:  # Also pandas' own, and of the text's encoding.
         raise CalibrationError(f"{path}: {one_line(error, 200)}") from None
-    orientation = _JOINTS if "qw" not in table else _QUATERNION
-    columns = ["t", *orientation, *_WRENCH]
+    orientation = JOINT_COLUMNS if "qw" not in table else _QUATERNION
+    columns = ["t", *orientation, *WRENCH_COLUMNS]
     if missing := [name for name in columns if name not in table]:
         expected = "t, qw to qz or q1 to q7, fx to mz"
         raise CalibrationError(
@@ -408,13 +447,24 @@ def _cross(vectors: Array) -> Array:
 
 def _rests(time: Array, place: Array) -> Iterator[tuple[int, int]]:
     """Yield first row and row after the last of what is long enough at rest."""
+    follower = RestFollower()
     first = 0
-    for row in range(1, len(time) + 1):
-        if row < len(time) and np.linalg.norm(place[row] - place[first]) < REST_TURN:
-            continue
-        if time[row - 1] - time[first] >= SETTLE_TIME + REST_TIME:
-            yield first, row
-        first = row
+    for row, (now, here) in enumerate(zip(time, place, strict=True)):
+        was_pose = follower.is_pose
+        if follower.add(now, here):
+            if was_pose:
+                yield first, row
+            first = row
+    if follower.is_pose:
+        yield first, len(time)
+
+
+def _designs(poses: Sequence[RestingPose]) -> tuple[Array, Array]:
+    """Return what the unknowns are multiplied by in forces and moments of poses."""
+    up = np.array([pose.rotation[2] for pose in poses])
+    units = np.tile(np.eye(3), (len(poses), 1, 1))
+    of_force = np.concatenate([up[:, :, None], units], axis=2)
+    return of_force, np.concatenate([-_cross(up), units], axis=2)
 
 
 def _rotations(quaternions: Array) -> Array:

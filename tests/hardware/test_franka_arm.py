@@ -17,6 +17,7 @@ from dual_proxy.panda import Q_REST, PandaModel
 
 class RobotMode(enum.Enum):
     Idle = 1
+    Guiding = 3
     Reflex = 4
 
 
@@ -117,6 +118,21 @@ def test_says_why_an_arm_cannot_be_opened(monkeypatch):
     monkeypatch.setattr(Robot, "read_once", reflex)
     with pytest.raises(dp.DriverError, match=r"mode Idle, got Reflex.*joint_reflex"):
         make_arm().open()
+
+
+def test_an_arm_that_is_only_looked_at_is_guided_and_nothing_is_set(monkeypatch):
+    def guided(self):
+        self.state.robot_mode = RobotMode.Guiding
+        return self.state
+
+    monkeypatch.setattr(Robot, "read_once", guided)
+    with pytest.raises(dp.DriverError, match="expected mode Idle, got Guiding"):
+        make_arm().open()
+    arm = FrankaArm(dp.FrankaRobotSideParams(), observe=True)
+    arm.open()
+    assert arm.look().q.tolist() == list(Q_REST)
+    arm.close()
+    assert Robot.last.calls == []
 
 
 def test_opens_reads_writes_and_ends():

@@ -108,10 +108,13 @@ class FrankaArm:
     Parameters
     ----------
     params : FrankaRobotSideParams, of which host, real_time, load and collision count.
+    observe : only `look`, also while a person guides it: nothing is set, and any mode
+        will do.
     """
 
-    def __init__(self, params: FrankaRobotSideParams) -> None:
+    def __init__(self, params: FrankaRobotSideParams, observe: bool = False) -> None:
         self._params = params
+        self._observe = observe
         # Of whose numbers only where E is counts.
         self._sensor = ExternalWrenchSensor(PandaModel(1e-3).arm_params, p_SE_S)
         self._robot: Any = None
@@ -129,21 +132,22 @@ class FrankaArm:
             self._robot = franka.Robot(
                 params.host, config.kEnforce if params.real_time else config.kIgnore
             )
-            self._robot.set_collision_behavior(
-                collision.contact_torque.tolist(),
-                collision.collision_torque.tolist(),
-                collision.contact_force.tolist(),
-                collision.collision_force.tolist(),
-            )
-            self._robot.set_load(
-                load.mass, load.com.tolist(), load.inertia.ravel().tolist()
-            )
+            if not self._observe:
+                self._robot.set_collision_behavior(
+                    collision.contact_torque.tolist(),
+                    collision.collision_torque.tolist(),
+                    collision.contact_force.tolist(),
+                    collision.collision_force.tolist(),
+                )
+                self._robot.set_load(
+                    load.mass, load.com.tolist(), load.inertia.ravel().tolist()
+                )
             self._state = self._robot.read_once()
         except (RuntimeError, franka.FrankaException) as error:
             self.close()
             raise DriverError(f"arm at {params.host}: {one_line(error, 300)}") from None
         mode = self._state.robot_mode
-        if mode != franka.RobotMode.Idle:
+        if mode != franka.RobotMode.Idle and not self._observe:
             self.close()
             raise DriverError(
                 f"arm at {params.host}: expected mode Idle, got {mode.name}"

@@ -26,6 +26,7 @@ from dual_proxy.hardware.haptic_side import HapticSideProcess
 from dual_proxy.hardware.options import OMEGA, REPLAY, SIMULATED
 from dual_proxy.hardware.replayed import ReplayedHand, ReplayedSensor
 from dual_proxy.hardware.robot_side import RobotSideProcess
+from dual_proxy.hardware.sensors import make_rdt_sensor, rdt_host
 from dual_proxy.link.message_link import MessageLink
 from dual_proxy.scenario import Scenario, ScenarioError
 from dual_proxy.settings import parse_yaml
@@ -128,14 +129,7 @@ def _replay_path(option: str, text: str) -> Path:
 def _make_sensor(text: str) -> RdtSensor | ReplayedSensor:
     if text.startswith(REPLAY):
         return ReplayedSensor(_replay_path("--sensor", text))
-    kind, _, host = text.partition(":")
-    if kind != "rdt" or not host:
-        raise ScenarioError(
-            f"--sensor: expected own, rdt:HOST or {REPLAY}LOG, got {text!r}"
-        )
-    from dual_proxy.ft_sensor import fetch_rdt_params
-
-    return RdtSensor(fetch_rdt_params(host))
+    return make_rdt_sensor(rdt_host(text, f"own, rdt:HOST or {REPLAY}LOG"))
 
 
 def _read_tool(path: Path) -> ForceTorqueAdapterParams:

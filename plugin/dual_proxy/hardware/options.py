@@ -7,7 +7,14 @@ import argparse
 import math
 from pathlib import Path
 
-__all__ = ["OMEGA", "REPLAY", "SIMULATED", "add_haptic_side", "add_robot_side"]
+__all__ = [
+    "OMEGA",
+    "REPLAY",
+    "SIMULATED",
+    "add_haptic_side",
+    "add_record_poses",
+    "add_robot_side",
+]
 
 OMEGA = "omega"
 SIMULATED = "simulated"
@@ -67,6 +74,32 @@ def add_haptic_side(command: argparse.ArgumentParser) -> None:
         "--homing",
         action="store_true",
         help="let a device that is not homed home itself: the handle moves",
+    )
+
+
+def add_record_poses(command: argparse.ArgumentParser) -> None:
+    """Add the options of `record-poses`."""
+    add = command.add_argument
+    add(
+        "--arm",
+        required=True,
+        metavar="HOST",
+        help="an FR3's name or address, for pylibfranka, guided by hand; or simulated, "
+        "with a hand that is, too",
+    )
+    add(
+        "--sensor",
+        required=True,
+        metavar="SENSOR",
+        help="rdt:HOST: a sensor that speaks RDT, as ATI's Net F/T; own: of the "
+        "simulated arm",
+    )
+    add("--out", type=Path, required=True, metavar="CSV", help="new file of samples")
+    add(
+        "--poses",
+        type=int,
+        metavar="N",
+        help="after which it ends (default: by Ctrl-C; six or more)",
     )
 
 
