@@ -85,7 +85,7 @@ def test_a_replayed_hand_does_what_the_hand_did(hand_log):
     assert time.monotonic() - begin > 0.9 * (logged[-1, 0] - logged[0, 0])
     print(f"{len(readings)} readings, age {1e3 * np.median(late):.1f} ms")
     places = find(logged[:, 4:16], [[*r.pose.p, *np.ravel(r.pose.R)] for r in readings])
-    assert len(set(places)) > 50
+    assert len(set(places)) > 10
     times = np.array([reading.time for reading in readings])
     times += logged[0, 1] - times[0]
     assert np.abs(times[:, None] - logged[:, 1]).min(axis=1).max() < 1e-6
@@ -112,7 +112,7 @@ def test_a_replayed_hand_in_a_diagram(hand_log):
         simulator.AdvanceTo(end)
         pose = system.GetOutputPort("device_pose").Eval(simulator.get_context())
         places += find(logged[:, 4:7], [pose.translation()])
-    assert places[2] > places[1] > 100
+    assert places[2] > places[1] > 10
 
 
 def test_what_failed_in_the_log_fails_again_and_time_goes_on(tmp_path):
@@ -185,7 +185,7 @@ def test_on_the_command_line(hand_log, arm_log, tmp_path, capsys):
     logged = rows_of(hand_log, "haptic", HAPTIC_COLUMNS)
     played = rows_of(out, "haptic", HAPTIC_COLUMNS)
     places = find(logged[:, 4:22], played[:, 4:22])
-    assert len(set(places)) > 50
+    assert len(set(places)) > 10
     assert main(["run", "--replay", str(out)]) == 0
     out.unlink()
 
