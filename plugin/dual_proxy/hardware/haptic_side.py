@@ -34,7 +34,8 @@ __all__ = [
 
 #: Of a cycle in the log.
 HAPTIC_COLUMNS = (
-    *("time", "handle_time", "handle_valid", "good", "x", "y", "z"),
+    *("time", "handle_time", "handle_valid", "good", "robot_follows"),
+    *("x", "y", "z"),
     *(f"R{i}{j}" for i in range(1, 4) for j in range(1, 4)),
     *("vx", "vy", "vz", "wx", "wy", "wz", "gripper_opening", "clutch"),
     *("fx", "fy", "fz", "mx", "my", "mz", "sent"),
@@ -48,10 +49,10 @@ def handle_of(values: Any) -> SimulatedHandle:
     return SimulatedHandle(
         float(values[1]),
         bool(values[2]),
-        Pose(values[4:7], values[7:16].reshape(3, 3)),
-        values[16:22],
-        float(values[22]),
-        bool(values[23]),
+        Pose(values[5:8], values[8:17].reshape(3, 3)),
+        values[17:23],
+        float(values[23]),
+        bool(values[24]),
     )
 
 
@@ -65,7 +66,14 @@ def make_side(scenario: Scenario) -> HapticSide:
 
 
 def update_side(
-    side: HapticSide, now: float, message: Any, handle: Any, good: bool, state: Any
+    side: HapticSide,
+    now: float,
+    message: Any,
+    handle: Any,
+    state: Any,
+    *,
+    good: bool,
+    robot_follows: bool,
 ) -> Any:
     """Advance a side by a period with a Handle, of which nothing counts unless it is
     good; return the wrench for the hand."""
@@ -76,7 +84,7 @@ def update_side(
         handle.pose.R,
         handle.velocity,
         state,
-        clutch=handle.clutch,
+        clutch=handle.clutch or not robot_follows,
         gripper_opening=handle.gripper_opening,
     )
     return state.device_wrench if good else _NO_WRENCH
@@ -86,7 +94,9 @@ class HapticSideProcess(SideProcess):
     """Runs the haptic side on a device.
 
     While the device cannot be relied on the hand feels no force, and the robot is
-    told, which then holds its place.
+    told, which then holds its place. While the robot is not there, or holds its place,
+    the hand is free as with a pressed clutch: the robot goes on from wherever the hand
+    is then.
 
     Parameters
     ----------
@@ -165,8 +175,16 @@ class HapticSideProcess(SideProcess):
             if now >= reopen_at:
                 reopen_at = now + self._REOPEN
                 self._reopen()
-            self._receive(now)
-            wrench = update_side(side, now, self._message, handle, good, state)
+            robot_follows = self._robot_follows(now)
+            wrench = update_side(
+                side,
+                now,
+                self._message,
+                handle,
+                state,
+                good=good,
+                robot_follows=robot_follows,
+            )
             device.write(wrench)
             flags = 0 if good else LinkFrame.FAULT
             if handle.clutch:
@@ -176,19 +194,25 @@ class HapticSideProcess(SideProcess):
                 clutched = handle.clutch
                 self.events.add("clutch", "pressed" if clutched else "let go")
             if self._log is not None:
-                self._write(self._log, now, handle, good, wrench)
+                known = (now, handle.time, handle.valid, good, robot_follows)
+                self._write(self._log, known, handle, wrench)
             if self.on_cycle is not None:
                 self.on_cycle(now, handle)
             self.work.add(time.monotonic() - now)
 
+    def _robot_follows(self, now: float) -> bool:
+        """Take what came; return whether the robot is there, and does not hold."""
+        holds = bool(self._receive(now) & LinkFrame.HOLDING)
+        return self._link is not None and self._link.connected(now) and not holds
+
     def _write(
-        self, log: SideLog, now: float, handle: Any, good: bool, wrench: Any
+        self, log: SideLog, known: tuple[float, ...], handle: Any, wrench: Any
     ) -> None:
-        state = self.state
+        state, now = self.state, known[0]
         log.cycle(
             now,
             (
-                (now, handle.time, handle.valid, good),
+                known,
                 handle.pose.p,
                 np.ravel(handle.pose.R),
                 handle.velocity,

@@ -129,6 +129,14 @@ class _Haptic:
 
     def update(self, now: float, message: Any, logged: LoggedCycle) -> Vector:
         """Return the wrench of the period."""
-        handle, good = handle_of(logged.values), bool(logged.values[3])
-        wrench = update_side(self._side, now, message, handle, good, self.state)
+        good, robot_follows = map(bool, logged.values[3:5])
+        wrench = update_side(
+            self._side,
+            now,
+            message,
+            handle_of(logged.values),
+            self.state,
+            good=good,
+            robot_follows=robot_follows,
+        )
         return np.asarray(wrench)

@@ -203,7 +203,7 @@ class RobotSideProcess(SideProcess):
                 if failures > _RECOVERIES:
                     self.events.add("ended", "the arm cannot be made ready again")
                     return False
-                time.sleep(_RECOVERY_PAUSE)
+                self._tell_that_it_holds(_RECOVERY_PAUSE)
                 try:
                     self._arm.recover()
                     break
@@ -212,6 +212,13 @@ class RobotSideProcess(SideProcess):
             # From where it is now, with what it knows of the sensor.
             self._cycle.restart(self.state, *self._seeds)
             self.events.add("recovered", "it follows from where it is")
+
+    def _tell_that_it_holds(self, seconds: float) -> None:
+        end = time.monotonic() + seconds
+        while not self._stop and (now := time.monotonic()) < end:
+            self._receive(now)
+            self._send(now, self.state.message, LinkFrame.HOLDING)
+            time.sleep(0.005)
 
     def _follow(self, end: float) -> bool:
         arm, cycle, state = self._arm, self._cycle, self.state
@@ -294,6 +301,7 @@ class RobotSideProcess(SideProcess):
                     "reference_force": side.reference_force.tolist(),
                     "torque": state.torque.tolist(),
                     "dimension": side.filter.dimension,
+                    "force_selection": side.filter.force_selection.tolist(),
                     "hold": side.hold,
                     "link_age": side.link.age,
                 },
