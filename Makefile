@@ -6,22 +6,26 @@ BIN := $(VENV)/bin
 JOBS ?= 2
 CPP_FILES = $(shell git ls-files '*.h' '*.cc')
 READY := $(VENV)/.ready
+FRANKA_SIM := $(VENV)/franka-sim/.ready
 # Of `dual-proxy bench`; `peer` needs the extra `bench`.
 SUBJECTS := engine control link plant cycle savings filter
 
-.PHONY: demo test build lint format stubs figures bench bench-filter-speed stress \
-  sanitize fuzz clean
+.PHONY: demo test hardware-test build lint format stubs figures bench \
+  bench-filter-speed stress sanitize fuzz clean
 
 demo: build  ## Run scene `plane` and write its report to out/demo
 	$(BIN)/dual-proxy run plane --delay 0.05 --out out/demo
 
-test: build  ## Run every test, C++ and Python
+test: build $(FRANKA_SIM)  ## Run every test, C++ and Python
 	$(BIN)/ctest --test-dir build --output-on-failure -j $(JOBS)
 	$(BIN)/python -m pytest
 	@if $(BIN)/python -c \
 	  'import dual_proxy as dp; raise SystemExit(not dp.native_available())'; then \
 	  echo 'Once more with the LeafSystems in Python' && \
 	  DUAL_PROXY_FACES=python $(BIN)/python -m pytest; fi
+
+hardware-test: build $(FRANKA_SIM)  ## A minute of contact by the hardware's protocols
+	$(BIN)/python -m pytest -s -m hardware tests/fci
 
 build: $(READY)  ## Build and install into .venv, with the C++ tests
 	CMAKE_BUILD_PARALLEL_LEVEL=$(JOBS) $(BIN)/pip install --quiet \
@@ -36,6 +40,9 @@ $(READY): pyproject.toml constraints.txt
 	$(BIN)/python cmake/list_requirements.py > $(VENV)/requirements.txt
 	$(BIN)/pip install --quiet -c constraints.txt -r $(VENV)/requirements.txt
 	touch $@
+
+$(FRANKA_SIM): tests/fci/requirements.txt cmake/install_franka_sim $(READY)
+	cmake/install_franka_sim $(VENV)
 
 # From then on warnings are errors in this build folder, for `make test` as well.
 lint: WARNINGS := -Ccmake.define.CMAKE_COMPILE_WARNING_AS_ERROR=ON

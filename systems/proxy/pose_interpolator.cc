@@ -10,8 +10,18 @@ namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// Of the interval, for how long the motion goes on when the next pose is late.
-constexpr double kExtrapolation = 0.5;
+// For how long the motion goes on when the next pose is late, of the interval,
+// and s at most.
+constexpr double kExtrapolation = 1.5;
+constexpr double kMaxExtrapolation = 0.05;
+// Of an interval, in which a pose is reached at least.
+constexpr double kMinShare = 0.5;
+
+// For how long it has gone on, s, of which it has reached a pose `late` s ago.
+double Extrapolation(const PoseInterpolatorState& state, double late) noexcept {
+  return std::clamp(
+      late, 0.0, std::min(kExtrapolation * state.interval, kMaxExtrapolation));
+}
 
 // [linear; angular] displacement that leads from one pose to another.
 Vector6 Displacement(const Pose& from, const Pose& to) noexcept {
@@ -45,17 +55,21 @@ void PoseInterpolator::Add(double time, const Pose& pose, double send_time,
   const Pose last = state->to.pose;
   state->started = true;
   state->last_send_time = send_time;
-  state->start = time;
   state->to.pose = pose;
   if (joined) {
+    const double ahead =
+        Extrapolation(*state, time - state->start - state->duration);
     state->from = now;
     state->to.velocity = Displacement(last, pose) / interval;
-    state->duration = interval;
+    state->duration = std::max(interval - ahead, kMinShare * interval);
+    state->interval = interval;
   } else {
     state->to.velocity.setZero();
     state->from = state->to;
     state->duration = 0;
+    state->interval = 0;
   }
+  state->start = time;
 }
 
 MovingPose PoseInterpolator::Calc(
@@ -64,12 +78,10 @@ MovingPose PoseInterpolator::Calc(
   const double t = std::max(0.0, time - state.start);
   if (T == 0) return state.to;
   if (t >= T) {
-    const double late = t - T;
-    const double limit = kExtrapolation * T;
+    const double ahead = Extrapolation(state, t - T);
     MovingPose result = state.to;
-    result.pose =
-        Displaced(state.to.pose, std::min(late, limit) * state.to.velocity);
-    if (late >= limit) result.velocity.setZero();
+    result.pose = Displaced(state.to.pose, ahead * state.to.velocity);
+    if (ahead < t - T) result.velocity.setZero();
     return result;
   }
   // Cubic Hermite, displacement from `from`.

@@ -37,6 +37,7 @@ struct PoseInterpolatorState {
   MovingPose to;             ///< Where it ends: the newest pose.
   double start{0};           ///< Receiver's clock, s.
   double duration{0};        ///< s; 0: there is nothing to join.
+  double interval{0};        ///< s, between the sending of the last two poses.
   double last_send_time{0};  ///< Of the newest pose, sender's clock, s.
   bool started{false};       ///< A pose has come.
 };
@@ -45,12 +46,14 @@ struct PoseInterpolatorState {
 velocity, for a controller that runs faster.
 
 From the arrival of a pose on, the motion goes from where it is to that pose, in
-the time that lay between the sending of the last two poses, along a cubic that
-ends with the velocity that led from the one to the other. So it trails the
+the interval that lay between the sending of the last two poses, along a cubic
+that ends with the velocity that led from the one to the other. So it trails the
 sender by one interval, and jitter changes its speed but never makes it step. If
-the next pose is late, the motion goes on at that velocity for half an interval
-and then stops. Rotations: the same with the rotation vector from the motion's
-start.
+the next pose is late, the motion goes on at that velocity for one and a half
+intervals, but not for longer than 50 ms, and then stops; by what it has gone on
+it has less time to the next pose, at least half of that pose's interval. So a
+hand that moves evenly is followed evenly where every other pose is lost.
+Rotations: the same with the rotation vector from the motion's start.
 
 Without it the target is a staircase, and a time-optimal limiter turns each step
 into full acceleration and full braking. */

@@ -3,13 +3,9 @@
 
 import ctypes
 import os
-import platform
-import subprocess
-from pathlib import Path
 
 import pytest
-
-SOURCE = Path(__file__).with_name("force_dimension_stand_in.cc")
+from sdk_folder import build_sdk
 
 # Nothing here depends on what the LeafSystems are written in: `make test` runs it
 # once.
@@ -19,12 +15,7 @@ if os.environ.get("DUAL_PROXY_FACES") == "python":
 
 @pytest.fixture(scope="session")
 def sdk_folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("sdk")
-    library = folder / f"lib/release/lin-{platform.machine()}-gcc/libdrd.so.3.17.5"
-    library.parent.mkdir(parents=True)
-    options = ["-std=c++20", "-O1", "-fPIC", "-shared", "-fvisibility=hidden"]
-    subprocess.run(["c++", *options, SOURCE, "-o", library, "-pthread"], check=True)
-    return folder
+    return build_sdk(tmp_path_factory.mktemp("sdk"))
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ user would do is told by the functions standIn...() at its end, or, where a
 process is started, by environment variables that are read at first use:
 
   STAND_IN_PATH          where the hand goes, as standInSetPath()
+  STAND_IN_GO            a file; the hand waits for it at its path's beginning
   STAND_IN_TYPE          the device's system type, 35
   STAND_IN_HOMED         0: it was not homed since it was switched on
   STAND_IN_UNPLUG_AFTER  calls after which it is unplugged
@@ -25,6 +26,7 @@ implemented". */
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -91,6 +93,7 @@ class Device {
     homed = number("STAND_IN_HOMED", 1) != 0;
     calls_left = number("STAND_IN_UNPLUG_AFTER", -1);
     if (const char* text = std::getenv("STAND_IN_PATH")) SetPath(text);
+    if (const char* text = std::getenv("STAND_IN_GO")) go = text;
   }
 
   void SetPath(const std::string& text) {
@@ -136,6 +139,10 @@ class Device {
   void Advance() {
     const double now = Now();
     if (now - time > kMostSteps * kStep) time = now - kMostSteps * kStep;
+    if (!go.empty()) {
+      path_start = time;
+      if (std::filesystem::exists(go)) go.clear();
+    }
     for (; time + kStep <= now; time += kStep) {
       if (watchdog > 0 && force_on && time - command_time > watchdog * 125e-6) {
         TurnForceOff(kByWatchdog);
@@ -228,6 +235,7 @@ class Device {
   double time{Now()};
   double path_start{Now()};
   std::vector<Waypoint> path;
+  std::string go;
   Vector p{};
   Vector v{};
   double gripper{0.3};

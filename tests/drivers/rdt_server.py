@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A stand-in for a force sensor that speaks RDT, as a process of its own.
 
-python rdt_server.py
+python rdt_server.py [HOST PORT]
 
-Prints a line of JSON with its ports on 127.0.0.1: `rdt` (UDP) and `http`, where its
-page netftapi2.xml is. Each line of standard input is a JSON object of settings
-(`SETTINGS`) and is answered by one with what it did until then; end of input ends
-it. A stream goes to whoever asked last, and begins with record 1. It knows nothing
+Prints a line of JSON with its ports on HOST (127.0.0.1): `rdt` (UDP, PORT or any),
+`http`, where its page netftapi2.xml is, and `counts` (UDP): six int32, big-endian,
+there are its `counts` from then on. Each line of standard input is a JSON object of
+settings (`SETTINGS`) and is answered by one with what it did until then; end of input
+ends it. A stream goes to whoever asked last, and begins with record 1. It knows nothing
 of what receives it, and imports nothing but Python's own library.
 """
 
@@ -51,6 +52,7 @@ SETTINGS = {
 }
 REQUEST = struct.Struct(">HHI")
 RECORD = struct.Struct(">IIIiiiiii")
+COUNTS = struct.Struct(">6i")
 STOP, STREAM = 0, 2
 
 
@@ -80,6 +82,10 @@ class Sensor:
             self.did["stops"] += 1
         else:
             self.did["others"] += 1
+
+    def feed(self, counts: socket.socket) -> None:
+        """Take what it is to measure."""
+        self.set["counts"] = COUNTS.unpack(counts.recv(COUNTS.size))
 
     def obey(self, line: str) -> dict[str, int]:
         """Take settings."""
@@ -124,7 +130,7 @@ class Sensor:
         self.did["sent"] += 1
 
 
-def serve_page(sensor: Sensor) -> ThreadingHTTPServer:
+def serve_page(sensor: Sensor, host: str) -> ThreadingHTTPServer:
     class Page(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
             found = self.path == "/netftapi2.xml"
@@ -136,27 +142,36 @@ def serve_page(sensor: Sensor) -> ThreadingHTTPServer:
         def log_message(self, *_: object) -> None:
             pass
 
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Page)
+    server = ThreadingHTTPServer((host, 0), Page)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     return server
 
 
 def main() -> None:
-    udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    udp.bind(("127.0.0.1", 0))
+    udp, counts = (socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2))
+    host, port = sys.argv[1:] or ("127.0.0.1", "0")
+    udp.bind((host, int(port)))
+    counts.bind((host, 0))
     sensor = Sensor(udp)
-    page = serve_page(sensor)
-    ports = {"rdt": udp.getsockname()[1], "http": page.server_address[1]}
+    page = serve_page(sensor, host)
+    ports = {
+        "rdt": udp.getsockname()[1],
+        "http": page.server_address[1],
+        "counts": counts.getsockname()[1],
+    }
     print(json.dumps(ports), flush=True)
 
     selector = selectors.DefaultSelector()
     selector.register(udp, selectors.EVENT_READ, "request")
+    selector.register(counts, selectors.EVENT_READ, "counts")
     selector.register(sys.stdin, selectors.EVENT_READ, "settings")
     due = time.monotonic()
     while True:
         for key, _ in selector.select(max(0.0, due - time.monotonic())):
             if key.data == "request":
                 sensor.hear()
+            elif key.data == "counts":
+                sensor.feed(counts)
             else:
                 line = sys.stdin.readline()
                 if not line:

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """RdtSensor against a stand-in, a process of its own: tests/drivers/rdt_server.py."""
 
-import json
 import signal
 import subprocess
 import sys
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from settings_process import SettingsProcess
 
 import dual_proxy as dp
 from dual_proxy.ft_sensor import fetch_rdt_params, rdt_params_from_xml
@@ -39,31 +39,14 @@ with dp.RdtSensor(dp.RdtSensorParams(host="127.0.0.1", port=int(sys.argv[1]),
 """
 
 
-class Server:
+class Server(SettingsProcess):
     """The stand-in's process."""
 
     def __init__(self):
-        self.process = subprocess.Popen(
-            [sys.executable, SERVER],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        self.ports = json.loads(self.process.stdout.readline())
-
-    def set(self, **settings):
-        """Change settings; return what it did until then."""
-        self.process.stdin.write(json.dumps(settings) + "\n")
-        self.process.stdin.flush()
-        return json.loads(self.process.stdout.readline())
+        super().__init__(SERVER)
 
     def params(self, **fields):
         return dp.RdtSensorParams(host="127.0.0.1", port=self.ports["rdt"], **fields)
-
-    def close(self):
-        self.process.stdin.close()
-        self.process.wait(timeout=5)
-        self.process.stdout.close()
 
 
 @pytest.fixture

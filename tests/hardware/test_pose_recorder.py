@@ -159,8 +159,13 @@ def test_each_pose_is_written_at_once_and_ctrl_c_ends_it(
 @pytest.mark.parametrize(
     ("arm", "sensor", "more", "said"),
     [
-        ("arm.lab", "own", [], "--sensor: expected rdt:HOST, got 'own'"),
-        ("simulated", "rdt:", [], "--sensor: expected own or rdt:HOST, got 'rdt:'"),
+        ("arm.lab", "own", [], "--sensor: expected rdt:HOST[:PORT], got 'own'"),
+        (
+            "simulated",
+            "rdt:",
+            [],
+            "--sensor: expected own or rdt:HOST[:PORT], got 'rdt:'",
+        ),
         ("", "rdt:x", [], "--arm: FrankaRobotSideParams: field `host` expected a name"),
         ("simulated", "own", ["--poses", "3"], "--poses: expected at least 4, got 3"),
     ],

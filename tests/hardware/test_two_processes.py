@@ -351,7 +351,7 @@ def test_command_line_says_what_is_wrong(port, tmp_path, capsys):
     base = ["robot-side", "plane", "--listen", f"127.0.0.1:{port}", "--insecure"]
     assert main([*base, "--arm", "simulated", "--sensor", "x"]) == 2
     assert capsys.readouterr().err.endswith(
-        "--sensor: expected own, rdt:HOST or replay:LOG, got 'x'\n"
+        "--sensor: expected own, rdt:HOST[:PORT] or replay:LOG, got 'x'\n"
     )
     assert main([*base, "--arm", "simulated", "--tool", str(tmp_path / "no")]) == 3
     assert "no: No such file" in capsys.readouterr().err

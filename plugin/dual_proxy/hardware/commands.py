@@ -129,7 +129,7 @@ def _replay_path(option: str, text: str) -> Path:
 def _make_sensor(text: str) -> RdtSensor | ReplayedSensor:
     if text.startswith(REPLAY):
         return ReplayedSensor(_replay_path("--sensor", text))
-    return make_rdt_sensor(rdt_host(text, f"own, rdt:HOST or {REPLAY}LOG"))
+    return make_rdt_sensor(rdt_host(text, f"own, rdt:HOST[:PORT] or {REPLAY}LOG"))
 
 
 def _read_tool(path: Path) -> ForceTorqueAdapterParams:

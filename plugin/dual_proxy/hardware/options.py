@@ -36,8 +36,9 @@ def add_robot_side(command: argparse.ArgumentParser) -> None:
         "--sensor",
         default="own",
         metavar="SENSOR",
-        help="own: the arm's own, or its estimate (default); rdt:HOST: a sensor that "
-        "speaks RDT, as ATI's Net F/T; replay:LOG: of a robot-side's log, for a "
+        help="own: the arm's own, or its estimate (default); rdt:HOST[:PORT]: a "
+        "sensor that speaks RDT, as ATI's Net F/T, with its web page at PORT (80); "
+        "replay:LOG: of a robot-side's log, for a "
         "simulated arm",
     )
     add(
@@ -91,7 +92,7 @@ def add_record_poses(command: argparse.ArgumentParser) -> None:
         "--sensor",
         required=True,
         metavar="SENSOR",
-        help="rdt:HOST: a sensor that speaks RDT, as ATI's Net F/T; own: of the "
+        help="rdt:HOST[:PORT]: a sensor that speaks RDT, as ATI's Net F/T; own: of the "
         "simulated arm",
     )
     add("--out", type=Path, required=True, metavar="CSV", help="new file of samples")

@@ -57,8 +57,8 @@ _RECOMMENDED = 6
 
 _COLUMNS = ["t", *JOINT_COLUMNS, *WRENCH_COLUMNS]
 # Expected of --sensor; a real arm's own estimate has the tool's weight taken out.
-_OF_ARM = "rdt:HOST"
-_OF_TOY = "own or rdt:HOST"
+_OF_ARM = "rdt:HOST[:PORT]"
+_OF_TOY = "own or rdt:HOST[:PORT]"
 
 
 class _Arm(Protocol):

@@ -10,9 +10,11 @@ __all__ = ["make_rdt_sensor", "rdt_host"]
 
 
 def rdt_host(text: str, expected: str) -> str:
-    """Return the host of `rdt:HOST`; raise ScenarioError with what was expected."""
+    """Return what follows `rdt:`, HOST or HOST:PORT with the port of its web page;
+    raise ScenarioError with what was expected."""
     kind, _, host = text.partition(":")
-    if kind != "rdt" or not host:
+    name, colon, port = host.partition(":")
+    if kind != "rdt" or not name or (colon and not port.isdecimal()):
         raise ScenarioError(f"--sensor: expected {expected}, got {text!r}")
     return host
 
@@ -21,4 +23,5 @@ def make_rdt_sensor(host: str) -> RdtSensor:
     """Return a sensor, not open yet, with its scales. Raises DriverError."""
     from dual_proxy.ft_sensor import fetch_rdt_params
 
-    return RdtSensor(fetch_rdt_params(host))
+    name, _, port = host.partition(":")
+    return RdtSensor(fetch_rdt_params(name, http_port=int(port or 80)))
