@@ -10,6 +10,9 @@ FRANKA_SIM := $(VENV)/franka-sim/.ready
 # Of `dual-proxy bench`; `peer` needs the extra `bench`.
 SUBJECTS := engine control link plant cycle savings filter
 
+# Tests of processes in real time, one after the other.
+REAL_TIME := tests/drivers tests/fci tests/hardware tests/link
+
 .PHONY: demo test hardware-test build lint format stubs figures bench \
   bench-filter-speed stress sanitize fuzz clean
 
@@ -18,11 +21,12 @@ demo: build  ## Run scene `plane` and write its report to out/demo
 
 test: build $(FRANKA_SIM)  ## Run every test, C++ and Python
 	$(BIN)/ctest --test-dir build --output-on-failure -j $(JOBS)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(JOBS) $(REAL_TIME:%=--ignore=%)
+	$(BIN)/python -m pytest $(REAL_TIME)
 	@if $(BIN)/python -c \
 	  'import dual_proxy as dp; raise SystemExit(not dp.native_available())'; then \
 	  echo 'Once more with the LeafSystems in Python' && \
-	  DUAL_PROXY_FACES=python $(BIN)/python -m pytest; fi
+	  DUAL_PROXY_FACES=python $(BIN)/python -m pytest -n $(JOBS); fi
 
 hardware-test: build $(FRANKA_SIM)  ## A minute of contact by the hardware's protocols
 	$(BIN)/python -m pytest -s -m hardware tests/fci

@@ -33,7 +33,9 @@ void BindRobotCycle(py::module_& m) {
       .def_readonly("side", &S::side, "RobotSideState. Not a copy.")
       .def_property_readonly(
           "sensor", [](const S& self) { return self.sensor; },
-          "ForceTorqueAdapterState. A copy.");
+          "ForceTorqueAdapterState. A copy.")
+      .def_readonly("sensor_time", &S::sensor_time,
+                    "s: of the last reading that was taken.");
 
   using C = RobotCycle;
   BoundClass<C>(m, "RobotCycle",
@@ -72,7 +74,8 @@ void BindRobotCycle(py::module_& m) {
           [](const C& self, double time, const py::object& q,
              const py::object& v, const py::object& message, S& state,
              double sensor_time, bool sensor_valid, const py::object& measured,
-             const py::object& received_torque, bool hold, bool tare) {
+             const py::object& received_torque, bool hold, bool tare,
+             bool distrust_sensor) {
             std::optional<Vector7> received;
             if (!received_torque.is_none()) {
               received = AsFixed<Vector7>(received_torque, "received_torque");
@@ -87,14 +90,15 @@ void BindRobotCycle(py::module_& m) {
                             .valid = sensor_valid,
                             .value = AsFixed<Vector6>(measured, "measured")},
                  .hold = hold,
-                 .tare = tare},
+                 .tare = tare,
+                 .distrust_sensor = distrust_sensor},
                 &state);
           },
           py::arg("time"), py::arg("q"), py::arg("v"), py::arg("message"),
           py::arg("state"), py::kw_only(), py::arg("sensor_time"),
           py::arg("sensor_valid"), py::arg("measured"),
           py::arg("received_torque") = py::none(), py::arg("hold") = false,
-          py::arg("tare") = false,
+          py::arg("tare") = false, py::arg("distrust_sensor") = false,
           "Advances `state` by one period. time: s, not decreasing, "
           "time.monotonic(); q, v: (7,), rad, rad/s;\nmessage: the newest from "
           "the haptic side, stamped by this machine's clock; sensor_time: s, "
@@ -103,7 +107,8 @@ void BindRobotCycle(py::module_& m) {
           "last, "
           "or None; hold: whether the robot is to hold its place; tare: "
           "whether "
-          "the\nsensor's bias is to be learned anew.");
+          "the\nsensor's bias is to be learned anew; distrust_sensor: the "
+          "sensor is read, but not to be relied on yet.");
 }
 
 void BindCycleStatistics(py::module_& m) {

@@ -4,19 +4,22 @@
 // UDP on this machine. For tests: nothing authenticates the other end, and no
 // real-time kernel is asked for.
 //
-//     franka_robot_side SCENARIO.yaml HOST PORT PEER_PORT [--yes]
+//     franka_robot_side SCENARIO.yaml HOST PORT PEER_PORT [--yes] [--gripper]
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdint>
 #include <exception>
 #include <iostream>
 #include <random>
+#include <set>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -33,6 +36,7 @@ namespace dual_proxy {
 namespace {
 
 using Side = FrankaRobotSide<Libfranka>;
+using Gripper = FrankaGripper<Libfranka>;
 
 volatile std::sig_atomic_t interrupted = 0;
 
@@ -76,8 +80,16 @@ class LoopbackSocket {
   std::array<std::uint8_t, 2048> buffer_{};
 };
 
+// Says in one line what there is to say of the gripper.
+std::string DescribeGripper(Gripper* gripper) {
+  const FrankaGripperStatus& status = gripper->GetStatus();
+  return ", fingers at " + std::to_string(1e3 * status.width) + " mm after " +
+         std::to_string(status.moves) + " moves" +
+         (gripper->fault().empty() ? "" : " (" + gripper->fault() + ")");
+}
+
 void ServeLink(const std::atomic<bool>& done, LoopbackSocket* socket,
-               Side* side) {
+               Side* side, Gripper* gripper) {
   const LinkEnd end(LinkDirection::kToHaptic,
                     side->cycle().params().side.proxy.link, {});
   LinkEndState link = end.MakeState(std::random_device()());
@@ -91,9 +103,13 @@ void ServeLink(const std::atomic<bool>& done, LoopbackSocket* socket,
     }
     side->SetMessage(link.message);
     const FrankaStatus& status = side->GetStatus();
-    const bool holds = status.phase != FrankaPhase::kRunning;
+    const bool holds = status.phase != FrankaPhase::kRunning ||
+                       status.hold != HoldReason::kNone;
     if (end.Send(now, side->GetMessage(), holds ? kLinkHolding : 0, &link)) {
       socket->Send(link.bytes);
+    }
+    if (gripper && !holds && std::isfinite(link.message.gripper_opening)) {
+      gripper->Command(status.gripper_width);
     }
     if (interrupted) side->Stop();
     if (now >= next_line) {
@@ -104,18 +120,18 @@ void ServeLink(const std::atomic<bool>& done, LoopbackSocket* socket,
                 << status.sensed_wrench.head<3>().transpose() << " N, "
                 << status.lost_cycles << " cycles lost, " << status.reflexes
                 << " reflexes, " << status.recoveries << " recoveries"
-                << std::endl;
+                << (gripper ? DescribeGripper(gripper) : "") << std::endl;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 }
 
 int Run(const std::string& path, const std::string& host, int port,
-        int peer_port, bool yes) {
+        int peer_port, bool yes, bool has_gripper) {
   const Scenario scenario = LoadScenario(path);
   const PandaModel model(scenario.scene.tool_mass, scenario.scene.gravity);
-  const auto loop =
-      MakeTeleopLoopParams<SerialArm<7>>(scenario, model.arm_params());
+  auto loop = MakeTeleopLoopParams<SerialArm<7>>(scenario, model.arm_params());
+  loop.robot.gripper.enabled = has_gripper;
   FrankaRobotSideParams params;
   params.host = host;
   params.real_time = false;
@@ -128,6 +144,8 @@ int Run(const std::string& path, const std::string& host, int port,
                      .sensor = loop.sensor,
                      .p_SE = loop.p_SE});
   LoopbackSocket socket(port, peer_port);
+  Gripper gripper;
+  if (has_gripper) gripper.Open(host);
   std::atomic<bool> done{false};
   std::exception_ptr error;
   std::thread arm([&] {
@@ -142,7 +160,7 @@ int Run(const std::string& path, const std::string& host, int port,
     }
     done = true;
   });
-  ServeLink(done, &socket, &side);
+  ServeLink(done, &socket, &side, has_gripper ? &gripper : nullptr);
   arm.join();
   const CycleStatistics& statistics = side.statistics();
   std::cout << statistics.count() << " cycles: median "
@@ -157,17 +175,19 @@ int Run(const std::string& path, const std::string& host, int port,
 }  // namespace dual_proxy
 
 int main(int argc, char* argv[]) {
-  const bool yes = argc == 6 && std::string(argv[5]) == "--yes";
-  if (argc != 5 && !yes) {
+  const std::set<std::string> options(argv + std::min(argc, 5), argv + argc);
+  const bool yes = options.contains("--yes");
+  const bool gripper = options.contains("--gripper");
+  if (argc != 5 + static_cast<int>(yes) + static_cast<int>(gripper)) {
     std::cerr << "usage: franka_robot_side SCENARIO.yaml HOST PORT PEER_PORT "
-                 "[--yes]\n";
+                 "[--yes] [--gripper]\n";
     return 2;
   }
   std::signal(SIGINT, [](int) { dual_proxy::interrupted = 1; });
   std::signal(SIGTERM, [](int) { dual_proxy::interrupted = 1; });
   try {
     return dual_proxy::Run(argv[1], argv[2], std::stoi(argv[3]),
-                           std::stoi(argv[4]), yes);
+                           std::stoi(argv[4]), yes, gripper);
   } catch (const std::exception& error) {
     std::cerr << error.what() << "\n";
     return 3;

@@ -8,7 +8,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockOffset', 'ClockOffsetParams', 'ClockOffsetState', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'CycleStatistics', 'DriverError', 'ExternalWrenchSensor', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueReading', 'ForceTorqueSensor', 'ForceTorqueSensorDriver', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrankaCollisionParams', 'FrankaLoadParams', 'FrankaRobotSideParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HandleReading', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticDeviceCounters', 'HapticDeviceThreadParams', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkEnd', 'LinkEndParams', 'LinkEndState', 'LinkFrame', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OmegaDevice', 'OmegaDeviceParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'RdtCounts', 'RdtSensor', 'RdtSensorParams', 'RobotCycle', 'RobotCycleState', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'decode_frame', 'describe_wire_error', 'encode_frame', 'make_hardware_defaults', 'rate_limit', 'run_filter_trial', 'saturate']
+__all__: list[str] = ['AngularFilterParams', 'ArmMismatchParams', 'ArmModel', 'ArmModelParams', 'CartesianImpedanceParams', 'Claim', 'ClockOffset', 'ClockOffsetParams', 'ClockOffsetState', 'ClockParams', 'ClutchParams', 'CommunicationChannel', 'CommunicationChannelParams', 'CommunicationChannelState', 'ContactHistory', 'ContactHistoryParams', 'ContactHistoryState', 'ContactPerceptionParams', 'ContactScene', 'ContactSceneParams', 'ContactSurface', 'ContactSurfaceParams', 'CycleStatistics', 'DriverError', 'ExternalWrenchSensor', 'FilterInput', 'FilterTrial', 'FilterTrialMetrics', 'FilterTrialParams', 'FingerMoves', 'FingerTakeover', 'ForceLoop', 'ForceLoopParams', 'ForceLoopState', 'ForceMessage', 'ForceSender', 'ForceSenderState', 'ForceSpaceParticleFilter', 'ForceSpaceParticleFilterAlgorithm', 'ForceSpaceParticleFilterParams', 'ForceSpaceParticleFilterState', 'ForceSpaceParticleFilterThresholds', 'ForceTorqueAdapter', 'ForceTorqueAdapterParams', 'ForceTorqueAdapterState', 'ForceTorqueReading', 'ForceTorqueSensor', 'ForceTorqueSensorDriver', 'ForceTorqueSensorParams', 'ForceTorqueSensorState', 'FourChannelParams', 'FrankaCollisionParams', 'FrankaGripperParams', 'FrankaLoadParams', 'FrankaRobotSideParams', 'FrictionConeParams', 'FrictionFeedbackParams', 'GripperParams', 'GuidanceParams', 'HandleReading', 'HapticController', 'HapticControllerParams', 'HapticControllerState', 'HapticDeviceCounters', 'HapticDeviceThreadParams', 'HapticSide', 'HapticSideParams', 'HapticSideProxy', 'HapticSideProxyOutput', 'HapticSideProxyParams', 'HapticSideProxyState', 'HapticSideState', 'HomingParams', 'InputFault', 'JointLimits', 'JointLimitsParams', 'LinkEnd', 'LinkEndParams', 'LinkEndState', 'LinkFrame', 'LinkMonitor', 'LinkMonitorParams', 'LinkMonitorState', 'LinkParams', 'LinkStatus', 'LocalPlannerParams', 'Message', 'ModelMediatedParams', 'OmegaDevice', 'OmegaDeviceParams', 'OperationalSpaceController', 'OperationalSpaceControllerOutput', 'OperationalSpaceControllerParams', 'OperationalSpaceControllerState', 'OperatorAidsParams', 'OperatorParams', 'OperatorPath', 'OperatorPathParams', 'PlannerReference', 'PointController', 'PointControllerOutput', 'PointControllerParams', 'PointControllerState', 'PointRobot', 'PointRobotParams', 'PointRobotState', 'Pose', 'PoseInterpolatorParams', 'PoseMessage', 'PoseSender', 'PoseSenderParams', 'PoseSenderState', 'PositionForceParams', 'PositionPositionParams', 'PressureCentreParams', 'PushTest', 'RdtCounts', 'RdtSensor', 'RdtSensorParams', 'RobotCycle', 'RobotCycleState', 'RobotSide', 'RobotSideParams', 'RobotSideProxy', 'RobotSideProxyOutput', 'RobotSideProxyParams', 'RobotSideProxyState', 'RobotSideState', 'Scenario', 'ScenarioError', 'SceneContact', 'SceneParams', 'SchemesParams', 'SelectionBlend', 'SelectionBlendParams', 'SelectionBlendState', 'SimulatedArm', 'SimulatedArmParams', 'SimulatedArmState', 'SimulatedHapticDevice', 'SimulatedHapticDeviceParams', 'SimulatedHapticDeviceState', 'SurfaceContact', 'SurfaceParams', 'TdpaParams', 'TimeDomainPassivity', 'TimeDomainPassivityParams', 'TimeDomainPassivityState', 'TrajectoryLimiter', 'TrajectoryLimiterParams', 'TrajectoryLimiterState', 'VirtualSpring', 'VirtualSpringParams', 'VirtualSpringState', 'WaveVariablesParams', 'Waypoint', 'WindowMean', 'WindowMeanState', 'WorkspaceLimits', 'WorkspaceLimitsParams', 'WorkspaceMap', 'WorkspaceMapParams', 'WorkspaceWallParams', 'calc_operational_space_inertia', 'decode_frame', 'describe_wire_error', 'encode_frame', 'make_hardware_defaults', 'rate_limit', 'run_filter_trial', 'saturate']
 class Pose:
     """
     A pose: X_BE of the tool point in the robot base frame, or X_DH of the handle in the device base frame.
@@ -7494,6 +7494,11 @@ class RobotCycleState:
         ForceTorqueAdapterState. A copy.
         """
     @property
+    def sensor_time(self) -> float:
+        """
+        s: of the last reading that was taken.
+        """
+    @property
     def side(self) -> RobotSideState:
         """
         RobotSideState. Not a copy.
@@ -7523,13 +7528,13 @@ class RobotCycle:
         As after a start, but that the sensor's bias stays known: the arm has been stopped, and may be
         somewhere else.
         """
-    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, q: typing.Any, v: typing.Any, message: typing.Any, state: RobotCycleState, *, sensor_time: typing.SupportsFloat | typing.SupportsIndex, sensor_valid: bool, measured: typing.Any, received_torque: typing.Any = None, hold: bool = False, tare: bool = False) -> None:
+    def update(self, time: typing.SupportsFloat | typing.SupportsIndex, q: typing.Any, v: typing.Any, message: typing.Any, state: RobotCycleState, *, sensor_time: typing.SupportsFloat | typing.SupportsIndex, sensor_valid: bool, measured: typing.Any, received_torque: typing.Any = None, hold: bool = False, tare: bool = False, distrust_sensor: bool = False) -> None:
         """
         Advances `state` by one period. time: s, not decreasing, time.monotonic(); q, v: (7,), rad, rad/s;
         message: the newest from the haptic side, stamped by this machine's clock; sensor_time: s, sensor_valid,
         measured: (6,) [force; moment], N, N m, in S, of the arm on the tool; received_torque: (7,), N m,
         what the arm got last, or None; hold: whether the robot is to hold its place; tare: whether the
-        sensor's bias is to be learned anew.
+        sensor's bias is to be learned anew; distrust_sensor: the sensor is read, but not to be relied on yet.
         """
     @property
     def period(self) -> float:
@@ -8280,6 +8285,92 @@ class FrankaRobotSideParams:
     @recovery_time.setter
     def recovery_time(self, arg1: typing.Any) -> None:
         ...
+class FrankaGripperParams:
+    """
+    Parameters of FingerMoves, and of the gripper that it is for.
+    """
+    __fields__: typing.ClassVar[list]
+    __hash__: typing.ClassVar[None] = None
+    fields: typing.ClassVar[dict] = {'speed': "m/s, in [0.005, 0.1]: at which the fingers' distance changes, default 0.1", 'force': 'N, in [1, 70]: with which they hold what they have met, default 20', 'least_move': 'm, in [0.0005, 0.02]: a command that differs by less is the same, and fingers that stand open wider than told by more have met something, default 0.002'}
+    def __copy__(self) -> FrankaGripperParams:
+        ...
+    def __deepcopy__(self, memo: dict) -> FrankaGripperParams:
+        ...
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict:
+        ...
+    def __init__(self, **kwargs) -> None:
+        """
+        Keyword arguments are the fields; the rest have their defaults.
+        Raises TypeError for an unknown field, ValueError for a value out of range.
+        """
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict) -> None:
+        ...
+    def validate(self) -> None:
+        """
+        Raises ValueError naming the field, the range and the value.
+        """
+    @property
+    def force(self) -> float:
+        """
+        N, in [1, 70]: with which they hold what they have met, default 20
+        """
+    @force.setter
+    def force(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def least_move(self) -> float:
+        """
+        m, in [0.0005, 0.02]: a command that differs by less is the same, and fingers that stand open wider than told by more have met something, default 0.002
+        """
+    @least_move.setter
+    def least_move(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def speed(self) -> float:
+        """
+        m/s, in [0.005, 0.1]: at which the fingers' distance changes, default 0.1
+        """
+    @speed.setter
+    def speed(self, arg1: typing.Any) -> None:
+        ...
+class FingerMoves:
+    """
+    Makes single moves of a width that changes all the while, for a gripper that takes nothing else.
+    Fingers that are stopped on their way hold what stopped them, until they are told to open wider.
+    """
+    def __init__(self, params: FrankaGripperParams = ...) -> None:
+        ...
+    def next(self, command: typing.SupportsFloat | typing.SupportsIndex, width: typing.SupportsFloat | typing.SupportsIndex, max_width: typing.SupportsFloat | typing.SupportsIndex) -> str:
+        """
+        "none", "move" (to `target`) or "grasp", once the last has ended. command: m, between the
+        fingers, NaN: there is none; width, max_width: m, as the gripper says; 0 if it knows no maximum.
+        """
+    def refuse(self) -> None:
+        """
+        The gripper refused the last move: the fingers have met nothing.
+        """
+    @property
+    def params(self) -> FrankaGripperParams:
+        ...
+    @property
+    def target(self) -> float:
+        """
+        m, of the last move
+        """
+class FingerTakeover:
+    """
+    Whether a command counts yet: once it has been where the fingers are. It sees every command.
+    """
+    def __init__(self, params: FrankaGripperParams = ...) -> None:
+        ...
+    def update(self, command: typing.SupportsFloat | typing.SupportsIndex, width: typing.SupportsFloat | typing.SupportsIndex) -> bool:
+        """
+        command, width: m, as of FingerMoves.
+        """
 class ExternalWrenchSensor(ForceTorqueSensorDriver):
     """
     Franka's estimate of the external wrench in the place of a force sensor. The adapter that takes it
@@ -8293,6 +8384,26 @@ class ExternalWrenchSensor(ForceTorqueSensorDriver):
     def take(self, time: typing.SupportsFloat | typing.SupportsIndex, K_F_ext_hat_K: typing.Any, F_T_EE: typing.Any, EE_T_K: typing.Any) -> None:
         """
         What libfranka's RobotState said at a time, s: (6,), and (16,) each, column by column.
+        """
+class PushTest:
+    """
+    Finds out by a push whether a sensor's force has the right sign and direction: a robot that holds
+    its place as a spring does yields to a hand, and exerts the opposite force on it.
+    """
+    def __init__(self, force: typing.SupportsFloat | typing.SupportsIndex, period: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        """
+        force: N, a push is at least that; period: s, between updates.
+        """
+    def update(self, p: typing.Any, force: typing.Any) -> str:
+        """
+        "none": nobody has pushed yet, or not enough to tell; "passed"; "failed": the force points the
+        wrong way. p: (3,), m, of the tool point; force: (3,), N, of the robot on its environment as the
+        sensor has it. Both in B.
+        """
+    @property
+    def cosine(self) -> float:
+        """
+        minus the cosine between displacement and force, of the last push
         """
 class ScenarioError(ValueError):
     """

@@ -281,7 +281,7 @@ def test_an_arm_that_stops_goes_on_from_where_it_is(port, haptic, tmp_path, caps
         _, cycles = read_side_log(cut, {"robot": ROBOT_COLUMNS})
         whole.append(sum(len(cycle.values) == len(ROBOT_COLUMNS) for cycle in cycles))
     assert whole == sorted(whole)
-    assert whole[0] > 10
+    assert whole[0] > 5
     assert whole[-1] > whole[0]
 
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dual_proxy/common/validate.h"
+
 namespace dual_proxy {
 
 using Eigen::Vector3d;
@@ -17,7 +19,10 @@ constexpr double kLeastCosine = 0.5;
 
 PushTest::PushTest(double force, double period)
     : force_(force),
-      needed_(std::max(1, static_cast<int>(std::lround(kDuration / period)))) {}
+      needed_(std::max(1, static_cast<int>(std::lround(kDuration / period)))) {
+  ThrowUnlessIn("PushTest", "force", force, Above(0));
+  ThrowUnlessIn("PushTest", "period", period, Above(0));
+}
 
 PushResult PushTest::Update(const Vector3d& p, const Vector3d& force) noexcept {
   if (!started_) {

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <utility>
+
 #include <Eigen/Core>
+
+#include "dual_proxy/common/enum_strings.h"
 
 namespace dual_proxy {
 
@@ -9,6 +13,14 @@ enum class PushResult {
   kNone,    ///< Nobody has pushed yet, or not enough to tell.
   kPassed,  ///< The force is that of the robot on the hand.
   kFailed,  ///< It points the wrong way.
+};
+
+template <>
+struct EnumStrings<PushResult> {
+  static constexpr std::pair<PushResult, const char*> kValues[] = {
+      {PushResult::kNone, "none"},
+      {PushResult::kPassed, "passed"},
+      {PushResult::kFailed, "failed"}};
 };
 
 /** Finds out by a push whether a sensor's force has the right sign and
@@ -22,8 +34,9 @@ class PushTest {
   /** m: less says nothing. */
   static constexpr double kLeastDisplacement = 5e-4;
 
-  /** Both > 0. @param force  N: a push is at least that.
-  @param period  s, between updates. */
+  /** @param force  N, > 0: a push is at least that.
+  @param period  s, > 0, between updates.
+  @throws std::invalid_argument naming field, range and value. */
   PushTest(double force, double period);
 
   /** @param p  m, of the tool point. @param force  N, of the robot on its

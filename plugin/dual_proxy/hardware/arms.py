@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Arms as the robot side's process has them: real ones and a simulated one.
 
+FrankaArm and SimulatedPanda are asked for a reading and given a torque, period by
+period; PandaArm asks by itself. `Arm.run` is the same with all.
+
 All are told torques without the arm's weight, once a period, and stop by themselves
 with an `ArmFault` when something is wrong.
 """
@@ -9,7 +12,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
@@ -26,12 +29,24 @@ from dual_proxy.panda import PandaModel, p_SE_S
 from dual_proxy.scenario import Scenario
 from dual_proxy.text import one_line
 
-__all__ = ["Arm", "ArmFault", "ArmReading", "FrankaArm", "SimulatedPanda", "Wrench"]
+__all__ = [
+    "Arm",
+    "ArmFault",
+    "ArmReading",
+    "Cycles",
+    "FrankaArm",
+    "PandaArm",
+    "PolledArm",
+    "SimulatedPanda",
+    "Wrench",
+]
 
 Vector = NDArray[np.float64]
 Result = TypeVar("Result")
 
 _NO_WRENCH = np.zeros(6)
+#: Hz: libfranka 0.9 filters no torque with it.
+_NO_FILTER = 1000.0
 
 
 class ArmFault(RuntimeError):
@@ -70,6 +85,12 @@ class ArmReading:
     received_torque: Vector
 
 
+#: What is done in a period: it is sent a reading and yields the torque, (7,), N m, and
+#: whether the arm is at rest and not to be controlled any more; then it does what has
+#: time, and yields None. What it returns in the end `Arm.run` does.
+Cycles = Generator[tuple[Vector, bool] | None, ArmReading, bool]
+
+
 class Arm(Protocol):
     """What the robot side's loop needs of an arm."""
 
@@ -79,15 +100,9 @@ class Arm(Protocol):
     def look(self) -> ArmReading:
         """Return what it says while it is not controlled. Raises ArmFault."""
 
-    def start(self) -> None:
-        """Begin to take torques. Raises ArmFault."""
-
-    def read(self) -> ArmReading:
-        """Return the next period's reading, when it has begun. Raises ArmFault."""
-
-    def write(self, torque: Vector, last: bool = False) -> None:
-        """Send the torque, (7,), N m, of this period; with `last` the arm is at rest
-        and is not controlled from then on. Raises ArmFault."""
+    def run(self, cycles: Cycles) -> bool:
+        """Begin to take torques, and go through a cycle each period. Raises
+        ArmFault."""
 
     def wrench(self) -> Any:
         """Return what its own sensor, or its estimate, says: a Wrench."""
@@ -99,8 +114,40 @@ class Arm(Protocol):
         """Let go of it; may be called at any time."""
 
 
-class FrankaArm:
-    """An FR3, by pylibfranka; the original Panda speaks to libfranka before 0.10 only.
+class PolledArm(Arm, Protocol):
+    """One that is asked for its readings."""
+
+    def start(self) -> None:
+        """Begin to take torques. Raises ArmFault."""
+
+    def read(self) -> ArmReading:
+        """Return the next period's reading, when it has begun. Raises ArmFault."""
+
+    def write(self, torque: Vector, last: bool = False) -> None:
+        """Send the torque, (7,), N m, of this period; with `last` the arm is at rest
+        and is not controlled from then on. Raises ArmFault."""
+
+
+def _poll(arm: PolledArm, cycles: Cycles) -> bool:
+    arm.start()
+    next(cycles)
+    while True:
+        torque, last = _send(cycles, arm.read())
+        arm.write(torque, last)
+        try:
+            next(cycles)
+        except StopIteration as end:
+            return bool(end.value)
+
+
+def _send(cycles: Cycles, reading: ArmReading) -> tuple[Vector, bool]:
+    command = cycles.send(reading)
+    assert command is not None
+    return command
+
+
+class _LibfrankaArm:
+    """What libfranka's bindings have in common.
 
     `wrench` is libfranka's estimate of the external wrench, as ExternalWrenchSensor
     has it: for an adapter without a tool.
@@ -112,6 +159,10 @@ class FrankaArm:
         will do.
     """
 
+    _franka: Any
+    _error: type[Exception]
+    _idle: Any
+
     def __init__(self, params: FrankaRobotSideParams, observe: bool = False) -> None:
         self._params = params
         self._observe = observe
@@ -121,11 +172,14 @@ class FrankaArm:
         self._control: Any = None
         self._state: Any = None
 
+    def _load(self) -> None:
+        """Set the module, its exceptions' base, and the mode Idle."""
+        raise NotImplementedError
+
     def open(self) -> None:
         """See Arm."""
-        import pylibfranka as franka
-
-        self._franka = franka
+        self._load()
+        franka = self._franka
         config, params = franka.RealtimeConfig, self._params
         load, collision = params.load, params.collision
         try:
@@ -143,11 +197,11 @@ class FrankaArm:
                     load.mass, load.com.tolist(), load.inertia.ravel().tolist()
                 )
             self._state = self._robot.read_once()
-        except (RuntimeError, franka.FrankaException) as error:
+        except (RuntimeError, self._error) as error:
             self.close()
             raise DriverError(f"arm at {params.host}: {one_line(error, 300)}") from None
         mode = self._state.robot_mode
-        if mode != franka.RobotMode.Idle and not self._observe:
+        if mode != self._idle and not self._observe:
             self.close()
             raise DriverError(
                 f"arm at {params.host}: expected mode Idle, got {mode.name}"
@@ -158,28 +212,6 @@ class FrankaArm:
     def look(self) -> ArmReading:
         """See Arm."""
         return self._guard(lambda: self._take(self._robot.read_once()))
-
-    def start(self) -> None:
-        """See Arm."""
-
-        def begin() -> None:
-            self._control = self._robot.start_torque_control()
-
-        self._guard(begin)
-
-    def read(self) -> ArmReading:
-        """See Arm."""
-        return self._guard(lambda: self._take(self._control.readOnce()[0]))
-
-    def write(self, torque: Vector, last: bool = False) -> None:
-        """See Arm."""
-        if not np.isfinite(torque).all():
-            raise ArmFault("a torque that is not finite")
-        command = self._franka.Torques(torque.tolist())
-        command.motion_finished = last
-        self._guard(lambda: self._control.writeOnce(command))
-        if last:
-            self._control = None
 
     def wrench(self) -> Any:
         """See Arm."""
@@ -212,12 +244,101 @@ class FrankaArm:
     def _guard(self, call: Callable[[], Result]) -> Result:
         try:
             return call()
-        except (RuntimeError, ValueError, self._franka.FrankaException) as error:
+        except (RuntimeError, ValueError, self._error) as error:
             raise ArmFault(one_line(error, 300)) from None
 
     def _errors(self) -> str:
         text = str(self._state.current_errors).strip("[] ")
         return f" ({text})" if text else ""
+
+    def _command(self, torque: Vector, last: bool) -> Any:
+        if not np.isfinite(torque).all():
+            raise ArmFault("a torque that is not finite")
+        command = self._franka.Torques(torque.tolist())
+        command.motion_finished = last
+        return command
+
+
+class FrankaArm(_LibfrankaArm):
+    """An FR3, by pylibfranka; the original Panda speaks to libfranka before 0.10 only.
+
+    Parameters and `wrench`: see _LibfrankaArm.
+    """
+
+    def _load(self) -> None:
+        import pylibfranka as franka
+
+        self._franka = franka
+        self._error = franka.FrankaException
+        self._idle = franka.RobotMode.Idle
+
+    def run(self, cycles: Cycles) -> bool:
+        """See Arm."""
+        return _poll(self, cycles)
+
+    def start(self) -> None:
+        """See PolledArm."""
+
+        def begin() -> None:
+            self._control = self._robot.start_torque_control()
+
+        self._guard(begin)
+
+    def read(self) -> ArmReading:
+        """See PolledArm."""
+        return self._guard(lambda: self._take(self._control.readOnce()[0]))
+
+    def write(self, torque: Vector, last: bool = False) -> None:
+        """See PolledArm."""
+        command = self._command(torque, last)
+        self._guard(lambda: self._control.writeOnce(command))
+        if last:
+            self._control = None
+
+
+class PandaArm(_LibfrankaArm):
+    """The original Panda, by panda-python, which has libfranka 0.9 in it.
+
+    There libfranka calls for each torque. So one that does not come in time makes the
+    arm stop, as with FrankaArm: panda-python's own controllers would go on with the
+    last. Never tried against an arm.
+
+    Parameters and `wrench`: see _LibfrankaArm.
+    """
+
+    def _load(self) -> None:
+        from panda_py import libfranka
+
+        self._franka = libfranka
+        self._error = RuntimeError  # All of libfranka's come as that.
+        self._idle = libfranka.RobotMode.kIdle
+
+    def run(self, cycles: Cycles) -> bool:
+        """See Arm."""
+        ended = False
+        own: list[BaseException] = []
+
+        def step(state: Any, _: Any) -> Any:
+            nonlocal ended
+            try:
+                command = self._command(*_send(cycles, self._take(state)))
+                try:
+                    next(cycles)
+                except StopIteration as end:
+                    ended = bool(end.value)
+            except BaseException as error:
+                own.append(error)
+                raise  # libfranka ends the motion.
+            return command
+
+        next(cycles)
+        try:
+            self._guard(lambda: self._robot.control(step, False, _NO_FILTER))
+        except ArmFault:
+            if own:  # Not the arm's.
+                raise own[0] from None
+            raise
+        return ended
 
 
 class SimulatedPanda:
@@ -262,14 +383,18 @@ class SimulatedPanda:
         """See Arm."""
         return self._reading()
 
-    def start(self) -> None:
+    def run(self, cycles: Cycles) -> bool:
         """See Arm."""
+        return _poll(self, cycles)
+
+    def start(self) -> None:
+        """See PolledArm."""
         self._sent = [np.zeros(7)] * len(self._sent)
         self._due = time.monotonic()
         self._fault = ""
 
     def read(self) -> ArmReading:
-        """See Arm."""
+        """See PolledArm."""
         self._due += self._period
         now = time.monotonic()
         if now < self._due:
@@ -284,7 +409,7 @@ class SimulatedPanda:
         return self._reading()
 
     def write(self, torque: Vector, last: bool = False) -> None:
-        """See Arm."""
+        """See PolledArm."""
         if self._fault:
             raise ArmFault(self._fault)
         if not np.isfinite(torque).all():

@@ -20,10 +20,16 @@ from dual_proxy._core import (
     OmegaDeviceParams,
     RdtSensor,
 )
-from dual_proxy.hardware.arms import FrankaArm, SimulatedPanda
+from dual_proxy.hardware.arms import FrankaArm, PandaArm, SimulatedPanda
 from dual_proxy.hardware.devices import SimulatedHand
+from dual_proxy.hardware.grippers import (
+    FRANKA_MODULE,
+    PANDA_MODULE,
+    FrankaGripper,
+    SimulatedGripper,
+)
 from dual_proxy.hardware.haptic_side import HapticSideProcess
-from dual_proxy.hardware.options import OMEGA, REPLAY, SIMULATED
+from dual_proxy.hardware.options import OMEGA, PANDA, REPLAY, SIMULATED
 from dual_proxy.hardware.replayed import ReplayedHand, ReplayedSensor
 from dual_proxy.hardware.robot_side import RobotSideProcess
 from dual_proxy.hardware.sensors import make_rdt_sensor, rdt_host
@@ -42,19 +48,28 @@ def make_robot_side(
     own = options.sensor == "own"
     tool_mass = adapter.tool_mass if adapter else scenario.scene.tool_mass
     arm: Any
+    gripper: Any
+    push_force = None
     if options.arm == SIMULATED:
-        arm = SimulatedPanda(scenario)
+        arm, gripper = SimulatedPanda(scenario), SimulatedGripper()
     elif options.sensor.startswith(REPLAY):
         raise ScenarioError(
             f"--sensor: expected {options.sensor} with --arm {SIMULATED} only: a real "
             "arm would not feel what it touches"
         )
     else:
+        original = options.arm.startswith(PANDA)
+        host = options.arm.removeprefix(PANDA)
         # Its centre of mass in the flange's frame: S is there, along the same axes.
         load = FrankaLoadParams(mass=tool_mass, com=scenario.sensor.tool_com)
-        arm = FrankaArm(
-            FrankaRobotSideParams(host=options.arm, real_time=False, load=load)
-        )
+        try:
+            params = FrankaRobotSideParams(host=host, real_time=False, load=load)
+        except ValueError as error:
+            raise ScenarioError(f"--arm: {error}") from None
+        arm = PandaArm(params) if original else FrankaArm(params)
+        gripper = FrankaGripper(host, PANDA_MODULE if original else FRANKA_MODULE)
+        if not options.yes:
+            push_force = params.push_force
         if own:
             # libfranka has taken the tool's weight out of its estimate.
             adapter = ForceTorqueAdapterParams(tare=True)
@@ -65,6 +80,8 @@ def make_robot_side(
         sensor=None if own else _make_sensor(options.sensor),
         adapter=adapter,
         tool_mass=tool_mass,
+        push_force=push_force,
+        gripper=gripper if options.gripper == "own" else None,
         confirm=(lambda _: True) if options.yes else _ask,
         log=options.log or _log_path("robot"),
     )
@@ -93,10 +110,18 @@ def make_haptic_side(
         device = SimulatedHand(scenario, may_move)
     elif kind == OMEGA:
         device = OmegaDevice(
-            OmegaDeviceParams(library=options.sdk, homing=options.homing)
+            OmegaDeviceParams(
+                library=options.sdk,
+                homing=options.homing,
+                clutch="none" if options.button == "none" else "button",
+            )
         )
     return HapticSideProcess(
-        scenario, device, link, log=options.log or _log_path("haptic")
+        scenario,
+        device,
+        link,
+        button_grips=options.button == "gripper",
+        log=options.log or _log_path("haptic"),
     )
 
 

@@ -115,7 +115,11 @@ class SimulatedHand:
                 self._state,
             )
         return SimulatedHandle(
-            self._now, True, self._state.read_pose, np.array(self._state.read_velocity)
+            self._now,
+            True,
+            self._state.read_pose,
+            np.array(self._state.read_velocity),
+            self._opening(),
         )
 
     def write(self, wrench: Any, gripper_force: float = 0.0) -> None:
@@ -130,6 +134,13 @@ class SimulatedHand:
     def fault(self) -> str:
         """See HapticDevice."""
         return ""
+
+    def _opening(self) -> float:
+        opening = math.nan
+        for at, value in self._path.params.gripper:
+            if at <= self._moved:
+                opening = value
+        return opening
 
     @property
     def moved(self) -> float:

@@ -42,6 +42,8 @@ HAPTIC_COLUMNS = (
 )
 _NO_POSITION = np.full(3, math.nan)
 _NO_WRENCH = np.zeros(6)
+#: m, of a gripper: as wide as any robot's.
+_OPEN = 0.1
 
 
 def handle_of(values: Any) -> SimulatedHandle:
@@ -103,6 +105,8 @@ class HapticSideProcess(SideProcess):
     scenario : map, limits and the device's controller; its operator plays no part.
     device : opened by `run`; one that fails midway is opened again.
     link : to the robot side, or None: no force.
+    button_grips : whether the button closes the robot's gripper while it is pressed,
+        in place of being the clutch; the opening of the device's own plays no part.
     log : MCAP file of all that comes in and goes out.
     """
 
@@ -115,6 +119,7 @@ class HapticSideProcess(SideProcess):
         device: HapticDevice,
         link: MessageLink | None,
         *,
+        button_grips: bool = False,
         events: Events | None = None,
         log: Path | None = None,
     ) -> None:
@@ -124,6 +129,7 @@ class HapticSideProcess(SideProcess):
         self.state = self._side.make_state()
         self._period = float(scenario.control_period)
         self._device = device
+        self._button_grips = button_grips
         self.on_cycle: Callable[[float, Any], None] | None = None
         """Called after each cycle with its time and the device's reading."""
 
@@ -162,7 +168,7 @@ class HapticSideProcess(SideProcess):
             now = time.monotonic()
             if now >= end:
                 break
-            handle = device.read()
+            handle = self._read()
             is_good = is_reliable(handle, now)
             if is_good != good:
                 good = is_good
@@ -199,6 +205,16 @@ class HapticSideProcess(SideProcess):
             if self.on_cycle is not None:
                 self.on_cycle(now, handle)
             self.work.add(time.monotonic() - now)
+
+    def _read(self) -> Any:
+        """Return the device's handle, with what its button is for."""
+        handle = self._device.read()
+        if not self._button_grips:
+            return handle
+        opening = 0.0 if handle.clutch else _OPEN
+        return SimulatedHandle(
+            handle.time, handle.valid, handle.pose, handle.velocity, opening
+        )
 
     def _robot_follows(self, now: float) -> bool:
         """Take what came; return whether the robot is there, and does not hold."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 __all__ = [
     "OMEGA",
+    "PANDA",
     "REPLAY",
     "SIMULATED",
     "add_haptic_side",
@@ -20,6 +21,8 @@ OMEGA = "omega"
 SIMULATED = "simulated"
 #: Before the path of a log.
 REPLAY = "replay:"
+#: Before the host of an original Panda.
+PANDA = "panda:"
 
 
 def add_robot_side(command: argparse.ArgumentParser) -> None:
@@ -30,7 +33,8 @@ def add_robot_side(command: argparse.ArgumentParser) -> None:
         "--arm",
         required=True,
         metavar="HOST",
-        help="an FR3's name or address, for pylibfranka; or simulated",
+        help="an FR3's name or address, for pylibfranka; panda:HOST, an original "
+        "Panda's, for panda-python; or simulated",
     )
     add(
         "--sensor",
@@ -48,9 +52,16 @@ def add_robot_side(command: argparse.ArgumentParser) -> None:
         help="of dual-proxy calibrate-tool: fields of ForceTorqueAdapterParams",
     )
     add(
+        "--gripper",
+        choices=("none", "own"),
+        default="none",
+        help="own: the arm's own follows that of the device, or its button (default: "
+        "none)",
+    )
+    add(
         "--yes",
         action="store_true",
-        help="start without asking; for tests: nobody has looked",
+        help="start without asking and without a push; for tests: nobody has looked",
     )
 
 
@@ -72,6 +83,14 @@ def add_haptic_side(command: argparse.ArgumentParser) -> None:
         help="of the SDK's folder or library (default: FDSDK, or where it is usual)",
     )
     add(
+        "--button",
+        choices=("clutch", "gripper", "none"),
+        default="clutch",
+        help="what the device's button is, which on one with a gripper is the gripper "
+        "closed: the clutch (default), or what closes the robot's gripper; none: the "
+        "robot's gripper follows the device's all the way",
+    )
+    add(
         "--homing",
         action="store_true",
         help="let a device that is not homed home itself: the handle moves",
@@ -85,8 +104,9 @@ def add_record_poses(command: argparse.ArgumentParser) -> None:
         "--arm",
         required=True,
         metavar="HOST",
-        help="an FR3's name or address, for pylibfranka, guided by hand; or simulated, "
-        "with a hand that is, too",
+        help="an FR3's name or address, for pylibfranka (panda:HOST: an original "
+        "Panda's, for panda-python), guided by hand; or simulated, with a hand that is, "
+        "too",
     )
     add(
         "--sensor",

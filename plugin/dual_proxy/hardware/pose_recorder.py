@@ -20,8 +20,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from dual_proxy._core import DriverError, FrankaRobotSideParams
-from dual_proxy.hardware.arms import ArmReading, FrankaArm, Wrench
-from dual_proxy.hardware.options import SIMULATED
+from dual_proxy.hardware.arms import ArmReading, FrankaArm, PandaArm, Wrench
+from dual_proxy.hardware.options import PANDA, SIMULATED
 from dual_proxy.hardware.sensors import make_rdt_sensor, rdt_host
 from dual_proxy.panda import Q_REST, PandaModel
 from dual_proxy.scenario import ScenarioError
@@ -252,7 +252,7 @@ class GuidedPanda:
 
 def make_pose_recorder(options: argparse.Namespace) -> PoseRecorder:
     """Return what `record-poses` is to run. Raises ScenarioError, DriverError."""
-    arm: FrankaArm | GuidedPanda
+    arm: FrankaArm | PandaArm | GuidedPanda
     if options.poses is not None and options.poses < FEWEST_POSES:
         raise ScenarioError(
             f"--poses: expected at least {FEWEST_POSES}, got {options.poses}"
@@ -262,11 +262,13 @@ def make_pose_recorder(options: argparse.Namespace) -> PoseRecorder:
         host = None if options.sensor == "own" else rdt_host(options.sensor, _OF_TOY)
     else:
         host = rdt_host(options.sensor, _OF_ARM)
+        name = options.arm.removeprefix(PANDA)
         try:
-            params = FrankaRobotSideParams(host=options.arm, real_time=False)
+            params = FrankaRobotSideParams(host=name, real_time=False)
         except ValueError as error:
             raise ScenarioError(f"--arm: {error}") from None
-        arm = FrankaArm(params, observe=True)
+        kind = FrankaArm if name == options.arm else PandaArm
+        arm = kind(params, observe=True)
     # Before anything is connected to.
     if options.out.exists():
         raise ScenarioError(f"--out {options.out}: File exists")

@@ -118,6 +118,7 @@ class _Robot:
             measured=wrench.value,
             received_torque=values[15:22],
             hold=bool(values[24]),
+            distrust_sensor=bool(values[25]),
         )
         return np.asarray(state.torque)
 

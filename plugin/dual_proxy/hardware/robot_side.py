@@ -9,6 +9,7 @@ its place or has stopped by itself, and follows again from where it is.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 from collections.abc import Callable
@@ -18,13 +19,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dual_proxy._core import (
+    DriverError,
     ForceTorqueAdapterParams,
     LinkFrame,
+    PushTest,
     RobotCycle,
     make_hardware_defaults,
 )
-from dual_proxy.hardware.arms import Arm, ArmFault, ArmReading, Wrench
+from dual_proxy.hardware.arms import Arm, ArmFault, ArmReading, Cycles, Wrench
 from dual_proxy.hardware.events import Events, cycle_text
+from dual_proxy.hardware.grippers import Gripper
 from dual_proxy.hardware.side_log import SideLog, message_digest
 from dual_proxy.hardware.side_process import SideProcess
 from dual_proxy.panda import PandaModel, p_SE_S
@@ -40,7 +44,7 @@ __all__ = ["ROBOT_COLUMNS", "RobotSideProcess", "make_cycle", "make_seeds", "wre
 ROBOT_COLUMNS = (
     "time",
     *(f"{name}{i}" for name in ("q", "v", "received_torque") for i in range(1, 8)),
-    *("sensor_time", "sensor_valid", "hold"),
+    *("sensor_time", "sensor_valid", "hold", "distrust_sensor"),
     *("fx", "fy", "fz", "mx", "my", "mz"),
     *(f"torque{i}" for i in range(1, 8)),
     "sent",
@@ -68,15 +72,19 @@ _HOLDS = {
 
 def wrench_of(values: Any) -> Wrench:
     """Return what the sensor measured, of a cycle of a log."""
-    return Wrench(float(values[22]), bool(values[23]), values[25:31])
+    return Wrench(float(values[22]), bool(values[23]), values[26:32])
 
 
 def make_cycle(
     scenario: Scenario, adapter: ForceTorqueAdapterParams, model: PandaModel
 ) -> RobotCycle:
     """Return the cycle of a scenario's robot side on a real arm."""
+    side = make_hardware_defaults(scenario.robot_side_params())
+    follower = side.gripper
+    follower.enabled = True  # Whether there are fingers is RobotSideProcess's.
+    side.gripper = follower
     return RobotCycle(
-        side=make_hardware_defaults(scenario.robot_side_params()),
+        side=side,
         model=model.arm_params,
         sensor=adapter,
         p_SE=p_SE_S,
@@ -99,6 +107,11 @@ class RobotSideProcess(SideProcess):
     sensor : at its wrist, with open, read and close, as RdtSensor; None: the arm's own.
     adapter : of that sensor; its `period` is the scenario's, and it learns the bias.
     tool_mass : kg, beyond the flange: of the model, and by default of the adapter.
+    push_force : N, with which somebody has to push the tool before the arm follows: so
+        it is seen that the sensor's force has the right sign. None: nobody has to.
+    push_time : s, within which the push has to come.
+    gripper : opened by `run`, that follows the device's; it is told nothing while the
+        arm holds its place, and whatever happens to it the arm goes on.
     confirm : asked once before the arm is started; False: it is not.
     log : MCAP file of all that comes in and goes out, for `replay_side`.
     """
@@ -112,6 +125,9 @@ class RobotSideProcess(SideProcess):
         sensor: Any = None,
         adapter: ForceTorqueAdapterParams | None = None,
         tool_mass: float | None = None,
+        push_force: float | None = None,
+        push_time: float = 60.0,
+        gripper: Gripper | None = None,
         confirm: Callable[[str], bool] = lambda _: False,
         events: Events | None = None,
         log: Path | None = None,
@@ -131,6 +147,7 @@ class RobotSideProcess(SideProcess):
         }
         super().__init__("robot", link, events, log, config, ROBOT_COLUMNS)
         self._limits = scenario.controller.joint_limits
+        self._max_sensor_age = scenario.robot_side_params().max_sensor_age
         self._model = PandaModel(mass, scenario.scene.gravity)
         self._cycle = make_cycle(scenario, adapter, self._model)
         self._seeds = make_seeds(scenario)
@@ -138,7 +155,13 @@ class RobotSideProcess(SideProcess):
         self._arm = arm
         self._sensor = sensor
         self._confirm = confirm
+        self._gripper = gripper
         self._hold = ""
+        self._push_force = push_force
+        self._push_time = push_time
+        self._push: PushTest | None = None
+        self._push_until = math.inf
+        self._refusal = ""
         self.on_cycle: Callable[[float, ArmReading, Any], None] | None = None
         """Called after each cycle with its time, the arm's and the sensor's reading."""
 
@@ -148,19 +171,28 @@ class RobotSideProcess(SideProcess):
         Raises
         ------
         DriverError
-            If arm or sensor cannot be opened: nothing has moved.
+            If arm or sensor cannot be opened: nothing has moved. If a push showed that
+            the sensor's force is wrong, or none came: the arm has come to rest.
         """
         sensor = self._sensor
         try:
+            # First: its process is not to inherit the priority that an arm asks for.
+            if self._gripper is not None:
+                self._gripper.open()
             self._arm.open()
             if sensor is not None:
                 sensor.open()
             if not self._is_confirmed():
                 self.events.add("refused", "nobody confirmed; nothing was moved")
                 return False
-            return self._control(time.monotonic() + duration)
+            ended = self._control(time.monotonic() + duration)
+            if self._refusal:
+                raise DriverError(self._refusal)
+            return ended
         finally:
             self._arm.close()
+            if self._gripper is not None:
+                self._gripper.close()
             if sensor is not None:
                 sensor.close()
             self._close_log()
@@ -179,21 +211,23 @@ class RobotSideProcess(SideProcess):
             )
             return False
         p = self._model.calc(reading.q, np.zeros(7)).p_BE
+        push = self._push_force
+        then = "" if push is None else f"It then waits for a push of {push:g} N. "
         return self._confirm(
             f"The tool point is at {np.round(p, 3).tolist()} m and touches nothing, "
-            "the workspace is clear, a hand is on the stop: start?"
+            f"the workspace is clear, a hand is on the stop. {then}Start?"
         )
 
     def _control(self, end: float) -> bool:
         failures = 0
+        self._expect_push()
         while True:
             began = time.monotonic()
-            try:
-                self._arm.start()
-                self.events.add("started", "the arm takes torques")
-                return self._follow(end)
-            except ArmFault as fault:
-                self.events.add("fault", str(fault))
+            with contextlib.closing(self._follow(end)) as cycles:
+                try:
+                    return self._arm.run(cycles)
+                except ArmFault as fault:
+                    self.events.add("fault", str(fault))
             if time.monotonic() - began >= _GOOD_TIME:
                 failures = 0
             while True:
@@ -211,6 +245,8 @@ class RobotSideProcess(SideProcess):
                     self.events.add("fault", str(fault))
             # From where it is now, with what it knows of the sensor.
             self._cycle.restart(self.state, *self._seeds)
+            if self._push is not None:
+                self._expect_push()
             self.events.add("recovered", "it follows from where it is")
 
     def _tell_that_it_holds(self, seconds: float) -> None:
@@ -220,23 +256,62 @@ class RobotSideProcess(SideProcess):
             self._send(now, self.state.message, LinkFrame.HOLDING)
             time.sleep(0.005)
 
-    def _follow(self, end: float) -> bool:
-        arm, cycle, state = self._arm, self._cycle, self.state
-        sensor = arm.wrench if self._sensor is None else self._sensor.read
+    def _expect_push(self) -> None:
+        """Begin the push test, for which the arm holds its place."""
+        if self._push_force is not None:
+            self._push = PushTest(self._push_force, self._cycle.period)
+        self._push_until = math.inf
+
+    def _take_push(self, now: float) -> None:
+        """See whether somebody has pushed, and which way the force was."""
+        state, push = self.state, self._push
+        fresh = now - state.sensor_time <= self._max_sensor_age
+        if push is None or not fresh or not state.sensor.ready:
+            return
+        if self._push_until == math.inf:
+            self._push_until = now + self._push_time
+            self.events.add(
+                "push",
+                f"push the tool by hand, any way, with more than {self._push_force:g} N"
+                f" for a moment: it yields a little (within {self._push_time:g} s)",
+            )
+        result = push.update(state.pose.p, state.sensor.wrench[:3])
+        if result == "passed":
+            self._push = None
+            self.events.add("push", "the force is that of the arm on the hand: right")
+        elif result == "failed":
+            self._refusal = (
+                "push test: the sensed force does not oppose the push (cosine "
+                f"{push.cosine:.2g}, expected at least 0.5): check the sensor's sign "
+                "and how it is mounted"
+            )
+        elif now > self._push_until:
+            self._refusal = (
+                f"push test: no push of {self._push_force:g} N was sensed within "
+                f"{self._push_time:g} s"
+            )
+        if self._refusal:
+            self.events.add("refused", self._refusal)
+
+    def _follow(self, end: float) -> Cycles:
+        cycle, state = self._cycle, self.state
+        sensor = self._arm.wrench if self._sensor is None else self._sensor.read
+        self.events.add("started", "the arm takes torques")
         resting_until = math.inf
         last = -math.inf
         while True:
-            reading = arm.read()
+            reading = yield None
             now = time.monotonic()
             if now - last > _STALL and last > 0:
                 self.events.add("stall", f"{1e3 * (now - last):.0f} ms between cycles")
             last = now
             flags = self._receive(now)
             wrench = sensor()
-            if self._stop or now >= end:
+            if self._stop or now >= end or self._refusal:
                 resting_until = min(resting_until, now + _REST_TIME)
             ending = resting_until < math.inf
-            holds = ending or bool(flags & LinkFrame.FAULT)
+            pushing = self._push is not None
+            holds = ending or pushing or bool(flags & LinkFrame.FAULT)
             cycle.update(
                 now,
                 reading.q,
@@ -248,16 +323,19 @@ class RobotSideProcess(SideProcess):
                 measured=wrench.value,
                 received_torque=reading.received_torque,
                 hold=holds,
+                distrust_sensor=pushing,
             )
+            if pushing and not ending:
+                self._take_push(now)
             resting = ending and (
                 now >= resting_until or float(np.abs(reading.v).max()) < _REST
             )
             try:
-                arm.write(state.torque, resting)
-            except ArmFault:
-                # The cycle counts, as what it knows of the sensor goes on.
+                yield state.torque, resting
+            except GeneratorExit:
+                # Refused; it counts, as what the cycle knows of the sensor goes on.
                 if self._log is not None:
-                    self._write(self._log, now, reading, wrench, holds)
+                    self._write(self._log, now, reading, wrench, (holds, pushing))
                 raise
             if resting:
                 self.events.add("ended", cycle_text(self.work))
@@ -267,14 +345,28 @@ class RobotSideProcess(SideProcess):
             if hold != self._hold:
                 self._hold = hold
                 self.events.add("hold" if hold != "none" else "follow", _HOLDS[hold])
+            if self._gripper is not None:
+                self._serve_gripper(self._gripper)
             if self._log is not None:
-                self._write(self._log, now, reading, wrench, holds)
+                self._write(self._log, now, reading, wrench, (holds, pushing))
             if self.on_cycle is not None:
                 self.on_cycle(now, reading, wrench)
             self.work.add(time.monotonic() - now)
 
+    def _serve_gripper(self, gripper: Gripper) -> None:
+        side = self.state.side
+        if side.hold == "none" and math.isfinite(self._message.gripper_opening):
+            gripper.command(side.gripper_width_command)
+        for text in gripper.news():
+            self.events.add("gripper", text)
+
     def _write(
-        self, log: SideLog, now: float, reading: ArmReading, wrench: Any, holds: bool
+        self,
+        log: SideLog,
+        now: float,
+        reading: ArmReading,
+        wrench: Any,
+        asked: tuple[bool, bool],
     ) -> None:
         state = self.state
         log.cycle(
@@ -284,7 +376,7 @@ class RobotSideProcess(SideProcess):
                 reading.q,
                 reading.v,
                 reading.received_torque,
-                (wrench.time, wrench.valid, holds),
+                (wrench.time, wrench.valid, *asked),
                 wrench.value,
                 state.torque,
                 (message_digest(state.message),),

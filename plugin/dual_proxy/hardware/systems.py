@@ -21,7 +21,7 @@ from pydrake.common.value import Value
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import EventStatus, LeafSystem
 
-from dual_proxy.hardware.arms import Arm
+from dual_proxy.hardware.arms import PolledArm
 from dual_proxy.hardware.devices import HapticDevice as Device
 from dual_proxy.hardware.devices import is_reliable
 
@@ -113,7 +113,7 @@ class PandaHardware(_Hardware):
     period : s.
     """
 
-    def __init__(self, arm: Arm, period: float = 0.001) -> None:
+    def __init__(self, arm: PolledArm, period: float = 0.001) -> None:
         super().__init__(period)
         self._arm = arm
         self._reading = arm.look()
