@@ -45,6 +45,9 @@ constexpr double kMetSpeed = 0.01;
 constexpr double kMetAngle = 0.01;
 constexpr double kMetAngularSpeed = 0.1;
 
+/** N, N m. */
+constexpr double kFaded = 1e-9;
+
 TrajectoryLimiterParams CatchUpLimits(const RobotSideProxyParams& params) {
   TrajectoryLimiterParams limits = params.limiter;
   for (double* limit :
@@ -234,7 +237,12 @@ void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
   const bool usable = pose_valid && selections_valid;
   Eigen::Matrix3d Omega_f = state->force.selection;
   Eigen::Matrix3d Omega_tau = state->moment.selection;
-  if (usable && input.sensor_ready) {
+  // A force that has faded holds nothing: left to it the robot would creep.
+  const bool faded = params_.reclutch && !guided &&
+                     state->force.reference.isZero(kFaded) &&
+                     state->moment.reference.isZero(kFaded);
+  const bool stays = !input.sensor_ready || faded;
+  if (usable && !stays) {
     Omega_f = input.force_selection;
     Omega_tau = input.moment_selection;
   } else if (usable) {

@@ -182,7 +182,9 @@ The link:
   and stays; dx_m keeps pulling the robot there; F_r fades to zero at the rate
   limit, and no hand-over takes place. Where the force space then loses a
   direction, the proxy, which lies F_r / k_vir_r inside the surface, is taken
-  out to the robot along it: dx_m does not press again. Status kLost.
+  out to the robot along it: dx_m does not press again. Status kLost. With
+  `reclutch` it loses all of them once F_r is zero, so that the robot does not
+  creep along a direction that nothing presses in.
 - When messages come, for the first time or again, the proxy goes to them
   through the limiter, until it has met them (or for 2 s) with catch_up_share of
   its accelerations, and F_r follows at its rate limit: no jump. Again after a

@@ -1,15 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot side here, a haptic side in a process of its own, and what goes wrong.
-
-The arm is simulated in real time, and its hand moves on only while the robot follows.
-Machines that run tests are busy: times are printed, and what is asserted has room.
-"""
+"""A robot side here, a haptic side in a process of its own, and what goes wrong."""
 
 import math
 import signal
-import socket
-import subprocess
-import sys
 import time
 from types import SimpleNamespace
 
@@ -24,120 +17,21 @@ from dual_proxy.hardware.events import Events, cycle_text
 from dual_proxy.hardware.replay import replay_side
 from dual_proxy.hardware.robot_side import ROBOT_COLUMNS, RobotSideProcess
 from dual_proxy.hardware.side_log import SideLog, read_side_log
+from dual_proxy.hardware.side_process import SideProcess as SideProcessBase
 
-zenoh = pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
-MessageLink = pytest.importorskip("dual_proxy.link.message_link").MessageLink
-
-# m: what counts as travelling by itself.
-TRAVEL = 0.002
-# s: for which a busy machine may hold a process up.
-BUSY = 0.4
-# s: how long a test waits for what is to come, at most.
-PATIENCE = 40.0
-
-
-class HapticProcess:
-    def __init__(self, port):
-        code = "import sys; from dual_proxy.cli import main; sys.exit(main())"
-        options = ["--device", "simulated", "--connect", f"127.0.0.1:{port}"]
-        self._command = [
-            *(sys.executable, "-c", code, "haptic-side", "plane"),
-            *(*options, "--insecure"),
-        ]
-        self.start()
-
-    def start(self):
-        self.process = subprocess.Popen(self._command, stderr=subprocess.DEVNULL)
-
-    def kill(self):
-        self.process.kill()
-        self.process.wait()
-
-
-class Rig:
-    """Runs a robot side, calls `story` each cycle, and keeps what the arm did."""
-
-    def __init__(self, port, sensor=None, log=None):
-        self.scenario = dp.load_scenario("plane")
-        self.arm = SimulatedPanda(self.scenario, patience=BUSY)
-        self.sensor = sensor
-        if sensor is not None:
-            sensor.arm = self.arm
-        link = MessageLink("robot", listen=f"127.0.0.1:{port}", insecure=True)
-        self.link = link
-        self.side = RobotSideProcess(
-            self.scenario,
-            self.arm,
-            link,
-            sensor=sensor,
-            confirm=lambda _: True,
-            events=Events("robot", tell=lambda _: None),
-            log=log,
-        )
-        self.times, self.places, self.forces, self.holds = [], [], [], []
-
-    def run(self, story):
-        steps = story(self)
-        wait = next(steps)
-        begin = time.monotonic()
-
-        def on_cycle(now, *_):
-            nonlocal wait
-            self.times.append(now)
-            self.places.append(self.arm.state.pose.p)
-            self.forces.append(np.linalg.norm(self.arm.state.contact_truth[:3]))
-            self.holds.append(self.side.state.side.hold)
-            if now - begin > PATIENCE:
-                self.side.stop()
-            elif wait():
-                try:
-                    wait = next(steps)
-                except StopIteration:
-                    self.side.stop()
-
-        self.side.on_cycle = on_cycle
-        with self.link:
-            ended = self.side.run()
-        # The story came to its end, in time.
-        assert next(steps, None) is None, [e.text for e in self.side.events.all]
-        return ended
-
-    # What a story waits for.
-
-    def contact(self):
-        return lambda: len(self.forces) > 500 and min(self.forces[-500:]) > 2
-
-    def hold(self, *why):
-        return lambda: self.holds[-1] in why
-
-    def follow(self):
-        return lambda: self.holds[-1] == "none"
-
-    def passed(self, seconds):
-        end = time.monotonic() + seconds
-        return lambda: time.monotonic() >= end
-
-    def mark(self):
-        return len(self.times)
-
-    def travelled(self, begin, end):
-        places = np.array(self.places[begin:end])
-        return float(np.linalg.norm(places - places[0], axis=1).max())
-
-    def most_force(self, begin, end=None):
-        return max(self.forces[begin:end])
+try:
+    from rig import BUSY, PATIENCE, TRAVEL, Rig, SideProcess
+except ImportError as error:
+    pytest.skip(str(error), allow_module_level=True)
 
 
 @pytest.fixture
-def port():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
-        found.bind(("127.0.0.1", 0))
-        return found.getsockname()[1]
-
-
-@pytest.fixture
-def haptic(port):
-    process = HapticProcess(port)
+def haptic(port, tmp_path):
+    process = SideProcess(
+        *("haptic", tmp_path, "--device", "simulated"),
+        *("--connect", f"127.0.0.1:{port}", "--insecure"),
+    )
+    process.start()
     yield process
     process.kill()
 
@@ -160,9 +54,9 @@ def test_the_robot_never_travels_by_itself(port, haptic):
         marks["again"] = rig.mark()
         yield rig.contact()
         marks["stopped"] = rig.mark()
-        haptic.process.send_signal(signal.SIGSTOP)
+        haptic.signal(signal.SIGSTOP)
         yield rig.passed(2)
-        haptic.process.send_signal(signal.SIGCONT)
+        haptic.signal(signal.SIGCONT)
         yield rig.follow()
         yield rig.passed(0.1)
         marks["resumed"] = rig.mark()
@@ -330,6 +224,28 @@ def test_an_arm_that_cannot_be_made_ready_is_given_up(monkeypatch):
         assert side.run(PATIENCE) is False
         assert events.all[-1].text == "the arm cannot be made ready again"
         assert events.count("fault") == 6  # The first, and five attempts.
+
+
+def test_trouble_is_told_when_it_begins_changes_and_ends():
+    """Who waits is told of the port first, and of keys when something is there."""
+    link = SimpleNamespace(send=lambda *_: None)
+    events = Events("haptic", tell=lambda _: None)
+    side = SideProcessBase("haptic", link, events, None, {}, ())
+    for now, trouble in (
+        (0.0, ""),
+        (2.0, "no robot side for 2 s, connecting to a:1: its port"),
+        (3.0, "no robot side for 3 s, connecting to a:1: its port"),
+        (3.5, "no robot side for 4 s, connecting to a:1: its keys"),
+        (4.5, "no robot side for 4 s, connecting to a:1: its keys"),
+        (5.0, ""),
+    ):
+        link.trouble = lambda _, trouble=trouble: trouble
+        side._send(now, None, 0)
+    assert [event.text for event in events.all] == [
+        "no robot side for 2 s, connecting to a:1: its port",
+        "no robot side for 4 s, connecting to a:1: its keys",
+        "the robot side is there",
+    ]
 
 
 def test_a_simulated_arm_stops_as_a_real_one():

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Somebody who can reach the robot side and speaks Zenoh, without our rules.
 
-python intruder.py HOST:PORT: ten thousand messages a second without keys, in turn the
-lines of its standard input, as hexadecimal, until it is killed.
+python intruder.py HOST:PORT [KEYS]: ten thousand messages a second without keys, or
+with those of a folder, in turn the lines of its standard input, as hexadecimal, until
+it is killed.
 """
 
 import json
 import sys
 import time
+from pathlib import Path
 
 import zenoh
 
@@ -24,12 +26,12 @@ class Intruder:
             "scouting/gossip/enabled": False,
         }
         if folder is not None:
-            settings["transport/link/tls"] = {
-                "root_ca_certificate": str(folder / "ca.pem"),
-                "connect_certificate": str(folder / "certificate.pem"),
-                "connect_private_key": str(folder / "key.pem"),
-                "enable_mtls": True,
-            }
+            tls = {"root_ca_certificate": str(folder / "ca.pem")}
+            if (folder / "key.pem").exists():
+                tls["connect_certificate"] = str(folder / "certificate.pem")
+                tls["connect_private_key"] = str(folder / "key.pem")
+                tls["enable_mtls"] = True
+            settings["transport/link/tls"] = tls
         config = zenoh.Config()
         for name, value in settings.items():
             config.insert_json5(name, json.dumps(value))
@@ -45,8 +47,8 @@ class Intruder:
         self.publisher.put(data)
 
 
-def flood(address, lines):
-    intruder = Intruder(address)
+def flood(lines, address, folder=None):
+    intruder = Intruder(address, folder and Path(folder))
     start = time.monotonic()
     sent = 0
     while True:
@@ -57,4 +59,4 @@ def flood(address, lines):
 
 
 if __name__ == "__main__":
-    flood(sys.argv[1], [bytes.fromhex(line) for line in sys.stdin])
+    flood([bytes.fromhex(line) for line in sys.stdin], *sys.argv[1:])

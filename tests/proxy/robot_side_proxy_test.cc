@@ -161,6 +161,40 @@ TEST_F(RobotSideProxyTest, NeverTravelsByItselfWithReclutch) {
   EXPECT_LT(travelled(moved), 1e-9);
 }
 
+// A surface that was pressed on has gone: nothing but a spring keeps the robot.
+TEST_F(RobotSideProxyTest, WithReclutchAFadedForceLeavesNoDirectionFree) {
+  RobotSideProxyParams params = Params();
+  params.reclutch = true;
+  const RobotSideProxy dut(params);
+  state_ = dut.MakeState();
+  input_.force_selection = z_;
+  double largest_step = 0;
+  const auto run = [&](int ticks, double depth, bool silent) {
+    for (int i = 0; i < ticks; ++i, ++tick_) {
+      if (i % 20 == 0 && !silent) Send({0, 0, -depth});
+      const Vector3d last = state_.output.reference_force;
+      dut.Update(time(), input_, &state_);
+      largest_step =
+          std::max(largest_step, (state_.output.reference_force - last).norm());
+    }
+  };
+  run(500, 0, false);
+  run(1000, 0.004, false);
+  EXPECT_NEAR(state_.output.reference_force.z(), -5, 1e-3);
+  run(1500, 0, true);
+  EXPECT_EQ(state_.output.link_status, LinkStatus::kLost);
+  EXPECT_TRUE(state_.output.reference_force.isZero());
+  EXPECT_TRUE(state_.output.motion_error.isZero());
+  EXPECT_LE(largest_step, kForceStep + kTolerance);
+  input_.X_BE.p.z() += 0.001;
+  run(10, 0, true);
+  EXPECT_NEAR(state_.output.motion_error.z(), 0.001, 1e-12);
+  // When it is guided again it is from where it is.
+  run(500, 0.02, false);
+  EXPECT_EQ(state_.output.link_status, LinkStatus::kConnected);
+  EXPECT_NEAR(state_.output.reference_force.z(), -0.5, 1e-9);
+}
+
 TEST_F(RobotSideProxyTest, SettlesAtEquation4) {
   // The device 4 mm down and 2 mm aside: the robot proxy 10 and 5 mm.
   input_.force_selection = z_;

@@ -355,6 +355,8 @@ class SimulatedPanda:
 
     #: N m/s, at which a torque may change.
     _MAX_RATE = 1000.0
+    #: Periods.
+    _MOST_MISSED = 20
 
     def __init__(
         self, scenario: Scenario, delay: int = 0, patience: float = 0.03
@@ -402,10 +404,12 @@ class SimulatedPanda:
         late = time.monotonic() - self._due
         if late > self._patience:
             self._stop(f"no torque for {1e3 * late:.0f} ms")
-        # What was missed meanwhile goes by with the last torque.
-        for _ in range(int(late / self._period)):
+        # What was missed meanwhile goes by with the last torque: as long as a real arm
+        # goes on. From then on the world waits for a process that was held up.
+        missed = int(late / self._period)
+        for _ in range(min(missed, self._MOST_MISSED)):
             self._advance()
-            self._due += self._period
+        self._due += missed * self._period
         return self._reading()
 
     def write(self, torque: Vector, last: bool = False) -> None:

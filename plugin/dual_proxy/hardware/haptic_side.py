@@ -34,7 +34,7 @@ __all__ = [
 
 #: Of a cycle in the log.
 HAPTIC_COLUMNS = (
-    *("time", "handle_time", "handle_valid", "good", "robot_follows"),
+    *("time", "handle_time", "handle_valid", "good", "engaged"),
     *("x", "y", "z"),
     *(f"R{i}{j}" for i in range(1, 4) for j in range(1, 4)),
     *("vx", "vy", "vz", "wx", "wy", "wz", "gripper_opening", "clutch"),
@@ -75,7 +75,7 @@ def update_side(
     state: Any,
     *,
     good: bool,
-    robot_follows: bool,
+    engaged: bool,
 ) -> Any:
     """Advance a side by a period with a Handle, of which nothing counts unless it is
     good; return the wrench for the hand."""
@@ -86,7 +86,7 @@ def update_side(
         handle.pose.R,
         handle.velocity,
         state,
-        clutch=handle.clutch or not robot_follows,
+        clutch=handle.clutch or not engaged,
         gripper_opening=handle.gripper_opening,
     )
     return state.device_wrench if good else _NO_WRENCH
@@ -96,9 +96,9 @@ class HapticSideProcess(SideProcess):
     """Runs the haptic side on a device.
 
     While the device cannot be relied on the hand feels no force, and the robot is
-    told, which then holds its place. While the robot is not there, or holds its place,
-    the hand is free as with a pressed clutch: the robot goes on from wherever the hand
-    is then.
+    told, which then holds its place. Then, and while the robot is not there or holds
+    its place for another reason, the hand is free as with a pressed clutch, until a
+    moment later: it goes where nothing holds it, and the robot goes on from there.
 
     Parameters
     ----------
@@ -112,6 +112,10 @@ class HapticSideProcess(SideProcess):
 
     #: s between two attempts to open a device that failed.
     _REOPEN = 1.0
+    #: s, at most, from when it cannot be relied on until it says why.
+    _EXPLAINING = 0.1
+    #: s: for which a hand is on its way that lost the force it pressed against.
+    _SETTLING = 0.3
 
     def __init__(
         self,
@@ -155,8 +159,11 @@ class HapticSideProcess(SideProcess):
     def _follow(self, end: float) -> None:
         device, side, state = self._device, self._side, self.state
         good = True
+        bad_since = -math.inf
+        untold = False
         clutched = False
         reopen_at = math.inf
+        engaged_at = -math.inf
         due = time.monotonic()
         while not self._stop:
             due += self._period
@@ -172,16 +179,23 @@ class HapticSideProcess(SideProcess):
             is_good = is_reliable(handle, now)
             if is_good != good:
                 good = is_good
+                bad_since = now
+                reopen_at = math.inf if good else now + self._REOPEN
+                untold = True
+            # What is wrong it says a moment later.
+            if untold and (good or device.fault or now > bad_since + self._EXPLAINING):
+                untold = False
                 if good:
                     self.events.add("device", "it is there again")
                 else:
                     silent = f"silent for {now - handle.time:.3f} s"
                     self.events.add("fault", device.fault or silent)
-                reopen_at = math.inf if good else now + self._REOPEN
             if now >= reopen_at:
                 reopen_at = now + self._REOPEN
                 self._reopen()
-            robot_follows = self._robot_follows(now)
+            if not self._robot_follows(now) or not good:
+                engaged_at = now + self._SETTLING
+            engaged = now >= engaged_at
             wrench = update_side(
                 side,
                 now,
@@ -189,7 +203,7 @@ class HapticSideProcess(SideProcess):
                 handle,
                 state,
                 good=good,
-                robot_follows=robot_follows,
+                engaged=engaged,
             )
             device.write(wrench)
             flags = 0 if good else LinkFrame.FAULT
@@ -200,7 +214,7 @@ class HapticSideProcess(SideProcess):
                 clutched = handle.clutch
                 self.events.add("clutch", "pressed" if clutched else "let go")
             if self._log is not None:
-                known = (now, handle.time, handle.valid, good, robot_follows)
+                known = (now, handle.time, handle.valid, good, engaged)
                 self._write(self._log, known, handle, wrench)
             if self.on_cycle is not None:
                 self.on_cycle(now, handle)

@@ -105,8 +105,7 @@ def add_record_poses(command: argparse.ArgumentParser) -> None:
         required=True,
         metavar="HOST",
         help="an FR3's name or address, for pylibfranka (panda:HOST: an original "
-        "Panda's, for panda-python), guided by hand; or simulated, with a hand that is, "
-        "too",
+        "Panda's, for panda-python), guided by hand; or simulated, hand and all",
     )
     add(
         "--sensor",

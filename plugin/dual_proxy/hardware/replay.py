@@ -130,7 +130,7 @@ class _Haptic:
 
     def update(self, now: float, message: Any, logged: LoggedCycle) -> Vector:
         """Return the wrench of the period."""
-        good, robot_follows = map(bool, logged.values[3:5])
+        good, engaged = map(bool, logged.values[3:5])
         wrench = update_side(
             self._side,
             now,
@@ -138,6 +138,6 @@ class _Haptic:
             handle_of(logged.values),
             self.state,
             good=good,
-            robot_follows=robot_follows,
+            engaged=engaged,
         )
         return np.asarray(wrench)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     from dual_proxy.link.message_link import MessageLink
 
 __all__ = ["SideProcess"]
+
+#: s: reasons for trouble that change are told no more often.
+_RETELL = 2.0
 
 
 class SideProcess:
@@ -44,7 +48,8 @@ class SideProcess:
         (self._other,) = (other for other in SIDES if other != side)
         self._link = link
         self._message: Any = PoseMessage()
-        self._trouble = ""
+        self._reasons = ""
+        self._told = -math.inf
         self._stop = False
         self._log: SideLog | None = None
         if log is not None:
@@ -72,15 +77,20 @@ class SideProcess:
         return self._link.flags
 
     def _send(self, now: float, message: Any, flags: int) -> None:
-        """Offer the newest message, and tell when trouble begins and when it ends."""
+        """Offer the newest message, and tell when trouble begins, when its reasons are
+        others, and when it ends."""
         if self._link is None:
             return
         self._link.send(now, message, flags)
-        # The text counts seconds: what is told is that it began.
         trouble = self._link.trouble(now)
-        if bool(trouble) != bool(self._trouble):
-            self.events.add("link", trouble or f"the {self._other} side is there")
-        self._trouble = trouble
+        # What comes before them counts seconds.
+        reasons = trouble.partition(": ")[2]
+        if reasons == self._reasons:
+            return
+        if reasons and self._reasons and now < self._told + _RETELL:
+            return
+        self._reasons, self._told = reasons, now
+        self.events.add("link", trouble or f"the {self._other} side is there")
 
     def _close_log(self) -> None:
         if self._log is not None:

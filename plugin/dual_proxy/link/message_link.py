@@ -12,6 +12,7 @@ with MessageLink("robot", listen="0.0.0.0:7447", keys=Path("robot")) as link:
 
 from __future__ import annotations
 
+import math
 import secrets
 from pathlib import Path
 from typing import Any
@@ -130,7 +131,10 @@ class MessageLink:
             self._trouble = ""
             return ""
         if self._alone_since is None:
+            # The timeout that it took to notice counts.
             self._alone_since = time
+            if math.isfinite(self._state.heard_time):
+                self._alone_since = self._state.heard_time
             self._looked = -1.0e300
             self._came = self._counts()
         if time - self._looked >= _LOOK:
