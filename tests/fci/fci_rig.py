@@ -114,11 +114,11 @@ def free_port() -> int:
         return int(found.getsockname()[1])
 
 
-def give_priority(process: subprocess.Popen[Any]) -> None:
+def give_priority(process: subprocess.Popen[Any], priority: int) -> None:
     """Give a process, before it starts threads, a core whenever it needs one, as what
     it stands in for has; where we may."""
     with contextlib.suppress(PermissionError):
-        os.sched_setscheduler(process.pid, os.SCHED_FIFO, os.sched_param(20))
+        os.sched_setscheduler(process.pid, os.SCHED_FIFO, os.sched_param(priority))
 
 
 class FciRig:
@@ -144,13 +144,12 @@ class FciRig:
         """Start a process that ends with the rig."""
         process = Process(self.folder, name, command, **options)
         self._closing.callback(process.end)
-        give_priority(process.process)
         return process
 
     def _start_helper(self, program: Path, *arguments: str) -> SettingsProcess:
         helper = SettingsProcess(program, *arguments)
         self._closing.callback(helper.close)
-        give_priority(helper.process)
+        give_priority(helper.process, 40)
         return helper
 
     def start_arm(self) -> str:
@@ -166,6 +165,7 @@ class FciRig:
         program.append(",".join(map(repr, q_start.tolist())))
         program += [f"{RDT_HOST}:{sensor.ports['counts']}", self._truth]
         simulator = self.start("simulator", program)
+        give_priority(simulator.process, 20)
         simulator.wait_for("ready")
         return f"rdt:{RDT_HOST}:{sensor.ports['http']}"
 

@@ -26,7 +26,7 @@ class _Path:
     """As OperatorPath; times only grow."""
 
     def __init__(self, path, scale):
-        self.calc_rotation = path.calc_rotation
+        self.calc_rotation, self.params = path.calc_rotation, path.params
         self._start = path.calc(0.0)[0]
         self._press = path.calc(1.0)[0] - self._start
         self._slide = np.array([1.0 / scale, 0, 0])

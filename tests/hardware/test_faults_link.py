@@ -330,7 +330,7 @@ class RobotLog:
     """What a robot side's process did, by its log."""
 
     def __init__(self, path):
-        _, cycles = read_side_log(path, "robot", ROBOT_COLUMNS)
+        _, cycles = read_side_log(path, {"robot": ROBOT_COLUMNS})
         model = PandaModel(1e-3)
         column = ROBOT_COLUMNS.index
         self.times, self.places, self.forces, self.kinds = [], [], [], []

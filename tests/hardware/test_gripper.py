@@ -7,6 +7,7 @@ import json
 import math
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -269,6 +270,16 @@ class Device:
         self._hand.close()
 
 
+# As a link to a robot side that is there, and follows.
+FOLLOWING = SimpleNamespace(
+    flags=0,
+    send=lambda *_: None,
+    receive=lambda _: None,
+    connected=lambda _: True,
+    trouble=lambda _: "",
+)
+
+
 @pytest.mark.parametrize("grips", [False, True])
 def test_the_button_may_be_the_gripper(grips):
     scenario = dp.load_scenario("plane")
@@ -276,7 +287,7 @@ def test_the_button_may_be_the_gripper(grips):
     side = HapticSideProcess(
         scenario,
         device,
-        None,
+        FOLLOWING,
         button_grips=grips,
         events=Events("haptic", tell=lambda _: None),
     )

@@ -59,6 +59,10 @@ def arm_log(tmp_path_factory):
     return path
 
 
+X = HAPTIC_COLUMNS.index("x")
+FX = ROBOT_COLUMNS.index("fx")
+
+
 def find(logged, played):
     """Return of each row, in order, the next in the log with the same numbers."""
     rows = [np.array(row).tobytes() for row in logged]
@@ -84,7 +88,9 @@ def test_a_replayed_hand_does_what_the_hand_did(hand_log):
         time.sleep(0.002)
     assert time.monotonic() - begin > 0.9 * (logged[-1, 0] - logged[0, 0])
     print(f"{len(readings)} readings, age {1e3 * np.median(late):.1f} ms")
-    places = find(logged[:, 4:16], [[*r.pose.p, *np.ravel(r.pose.R)] for r in readings])
+    places = find(
+        logged[:, X : X + 12], [[*r.pose.p, *np.ravel(r.pose.R)] for r in readings]
+    )
     assert len(set(places)) > 10
     times = np.array([reading.time for reading in readings])
     times += logged[0, 1] - times[0]
@@ -111,7 +117,7 @@ def test_a_replayed_hand_in_a_diagram(hand_log):
     for end in (0.3, 0.6):
         simulator.AdvanceTo(end)
         pose = system.GetOutputPort("device_pose").Eval(simulator.get_context())
-        places += find(logged[:, 4:7], [pose.translation()])
+        places += find(logged[:, X : X + 3], [pose.translation()])
     assert places[2] > places[1] > 10
 
 
@@ -121,7 +127,7 @@ def test_what_failed_in_the_log_fails_again_and_time_goes_on(tmp_path):
     log = SideLog(path, "haptic", {}, HAPTIC_COLUMNS)
     for i in range(300):
         valid = not 100 <= i < 200
-        head = [5 + 1e-3 * i, 5 + 1e-3 * (i if valid else 99), valid, valid]
+        head = [5 + 1e-3 * i, 5 + 1e-3 * (i if valid else 99), valid, valid, True]
         rest = [1e-5 * i, 0, 0, *np.eye(3).ravel(), *np.zeros(6), 0.01, i >= 250]
         log.cycle(head[0], ([*head, *rest], np.zeros(7)))
     log.close()
@@ -151,7 +157,7 @@ def test_a_replayed_sensor_gives_what_was_logged(arm_log):
     while not sensor.fault:
         readings.append(sensor.read())
         time.sleep(0.002)
-    places = find(logged[:, 25:31], [reading.value for reading in readings])
+    places = find(logged[:, FX : FX + 6], [reading.value for reading in readings])
     assert len(set(places)) > 10
     assert all(reading.valid for reading in readings)
     end = readings[-1].time - readings[0].time
@@ -184,7 +190,7 @@ def test_on_the_command_line(hand_log, arm_log, tmp_path, capsys):
     assert main([*haptic, "--device", f"replay:{hand_log}"]) == 0
     logged = rows_of(hand_log, "haptic", HAPTIC_COLUMNS)
     played = rows_of(out, "haptic", HAPTIC_COLUMNS)
-    places = find(logged[:, 4:22], played[:, 4:22])
+    places = find(logged[:, X : X + 18], played[:, X : X + 18])
     assert len(set(places)) > 10
     assert main(["run", "--replay", str(out)]) == 0
     out.unlink()
@@ -193,7 +199,7 @@ def test_on_the_command_line(hand_log, arm_log, tmp_path, capsys):
     assert main([*robot, "--sensor", f"replay:{arm_log}"]) in (0, 3)
     logged = rows_of(arm_log, "robot", ROBOT_COLUMNS)
     played = rows_of(out, "robot", ROBOT_COLUMNS)
-    assert len(set(find(logged[:, 25:31], played[:, 25:31]))) > 10
+    assert len(set(find(logged[:, FX : FX + 6], played[:, FX : FX + 6]))) > 10
     capsys.readouterr()
 
     for given, said in (
