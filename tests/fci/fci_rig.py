@@ -26,6 +26,8 @@ from panda_mjcf import write_panda_mjcf
 from settings_process import SettingsProcess
 
 import dual_proxy as dp
+from dual_proxy.hardware.robot_side import ROBOT_COLUMNS
+from dual_proxy.hardware.side_log import read_side_log
 from dual_proxy.station import start_posture
 
 HERE = Path(__file__).parent
@@ -268,6 +270,12 @@ class FciRig:
     def end(self) -> None:
         """End all processes."""
         self._closing.close()
+
+    def lost_messages(self) -> float:
+        """Return the share of the haptic side's messages that the robot's never got."""
+        _, cycles = read_side_log(self.log, {"robot": ROBOT_COLUMNS})
+        came = [c.message.sequence for c in cycles if c.message is not None]
+        return 1 - len(came) / (came[-1] - came[0] + 1)
 
     def states(self) -> Iterator[tuple[float, dict[str, Any]]]:
         """Yield channel /state of the robot side's log: s on the wall, and what."""

@@ -81,6 +81,7 @@ def test_a_minute_of_contact(rig, sdk_folder):
             assert state["dimension"] == 1
             normal = np.linalg.eigh(np.array(state["force_selection"]))[1][:, -1]
             angles.append(np.degrees(np.arccos(min(1.0, abs(normal[2])))))
+    print(f"{rig.lost_messages():.0%} of the hand's messages lost")
     print(f"normal {np.mean(angles):.2f} deg off, {np.max(angles):.2f} at most")
     assert np.mean(angles) < 1
     assert "reflex" not in rig.robot.text()
