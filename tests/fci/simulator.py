@@ -30,6 +30,7 @@ mjcf, posture, feed, truth_path = sys.argv[1:]
 os.environ["FR3_MJCF"] = mjcf
 q_start = np.array([float(q) for q in posture.split(",")])
 mujoco_franka_sim.ARM_INITIAL_Q = q_start
+ESTIMATE_NOISE = [0.02] * 3 + [0.002] * 3  # N, N m, standard deviation.
 FLANGE = np.array([0, 0, mujoco_franka_sim.FLANGE_OFFSET_Z])  # m, in link 7.
 
 
@@ -44,7 +45,8 @@ class WristSensor(mujoco_franka_sim.MujocoFrankaSim):
         host, port = feed.split(":")
         self._feed = (host, int(port))
         self._tip = -1
-        self.state: dict[str, list[float]] = {}
+        self._random = np.random.default_rng(1)
+        self.server: FrankaSimServer | None = None
 
     def _bind_model(self) -> None:
         super()._bind_model()
@@ -67,7 +69,10 @@ class WristSensor(mujoco_franka_sim.MujocoFrankaSim):
                 on_table *= 1 if contact.geom1 == self._tip else -1
                 force += on_table
                 moment += np.cross(contact.pos - flange, on_table)
-        self.state["K_F_ext_hat_K"] = [*(R.T @ force), *(R.T @ moment)]
+        estimate = np.concatenate([R.T @ force, R.T @ moment])
+        estimate += self._random.normal(0, ESTIMATE_NOISE)
+        if self.server is not None:
+            self.server.robot_state.state["K_F_ext_hat_K"] = estimate.tolist()
         self.truth.append((time.monotonic(), *force, *data.geom_xpos[self._tip]))
 
 
@@ -81,7 +86,7 @@ def main() -> None:
         enforce_comm_constraints=True,
         enforce_motion_limits=True,
     )
-    arm.state = server.robot_state.state
+    arm.server = server
 
     def end(*_: object) -> None:
         np.save(truth_path, np.array(arm.truth))
