@@ -160,7 +160,7 @@ class _LibfrankaArm:
     """
 
     _franka: Any
-    _error: type[Exception]
+    _error: type[Exception] = RuntimeError
     _idle: Any
 
     def __init__(self, params: FrankaRobotSideParams, observe: bool = False) -> None:
@@ -220,7 +220,7 @@ class _LibfrankaArm:
     def recover(self) -> None:
         """See Arm."""
         self._control = None
-        self._guard(self._robot.automatic_error_recovery)
+        self._guard(lambda: self._robot.automatic_error_recovery())
 
     def close(self) -> None:
         """See Arm."""
@@ -242,6 +242,8 @@ class _LibfrankaArm:
         )
 
     def _guard(self, call: Callable[[], Result]) -> Result:
+        if self._robot is None:
+            raise ArmFault(f"arm at {self._params.host}: it is not open")
         try:
             return call()
         except (RuntimeError, ValueError, self._error) as error:
@@ -252,6 +254,8 @@ class _LibfrankaArm:
         return f" ({text})" if text else ""
 
     def _command(self, torque: Vector, last: bool) -> Any:
+        if self._robot is None:
+            raise ArmFault(f"arm at {self._params.host}: it is not open")
         if not np.isfinite(torque).all():
             raise ArmFault("a torque that is not finite")
         command = self._franka.Torques(torque.tolist())
@@ -266,8 +270,13 @@ class FrankaArm(_LibfrankaArm):
     """
 
     def _load(self) -> None:
-        import pylibfranka as franka
-
+        try:
+            import pylibfranka as franka
+        except ImportError as error:
+            raise DriverError(
+                "an FR3 needs pylibfranka (pip install 'drake-dual-proxy[hardware]'): "
+                f"{one_line(error, 200)}"
+            ) from None
         self._franka = franka
         self._error = franka.FrankaException
         self._idle = franka.RobotMode.Idle
@@ -307,7 +316,13 @@ class PandaArm(_LibfrankaArm):
     """
 
     def _load(self) -> None:
-        from panda_py import libfranka
+        try:
+            from panda_py import libfranka
+        except ImportError as error:
+            raise DriverError(
+                "an original Panda needs panda-python (pip install panda-python): "
+                f"{one_line(error, 200)}"
+            ) from None
 
         self._franka = libfranka
         self._error = RuntimeError  # All of libfranka's come as that.

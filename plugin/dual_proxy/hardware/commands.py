@@ -10,8 +10,9 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from dual_proxy._core import (
-    DriverError,
     ForceTorqueAdapterParams,
     FrankaLoadParams,
     FrankaRobotSideParams,
@@ -19,6 +20,7 @@ from dual_proxy._core import (
     OmegaDevice,
     OmegaDeviceParams,
     RdtSensor,
+    make_hardware_defaults,
 )
 from dual_proxy.hardware.arms import FrankaArm, PandaArm, SimulatedPanda
 from dual_proxy.hardware.devices import SimulatedHand
@@ -37,6 +39,9 @@ from dual_proxy.link.message_link import MessageLink
 from dual_proxy.scenario import Scenario, ScenarioError
 from dual_proxy.settings import parse_yaml
 
+#: kg, of a tool.
+_LEAST_TOOL, _MOST_TOOL = 1e-3, 3.0
+
 __all__ = ["make_haptic_side", "make_robot_side"]
 
 
@@ -44,6 +49,7 @@ def make_robot_side(
     options: argparse.Namespace, scenario: Scenario
 ) -> RobotSideProcess:
     """Return what is to be run. Raises ScenarioError, LinkError, DriverError."""
+    _check_scheme(scenario)
     adapter = _read_tool(options.tool) if options.tool else None
     own = options.sensor == "own"
     tool_mass = adapter.tool_mass if adapter else scenario.scene.tool_mass
@@ -91,6 +97,7 @@ def make_haptic_side(
     options: argparse.Namespace, scenario: Scenario
 ) -> HapticSideProcess:
     """Return what is to be run. Raises ScenarioError, LinkError, DriverError."""
+    _check_scheme(scenario)
     kind = options.device
     device: Any = None
     if kind.startswith(REPLAY):
@@ -158,18 +165,56 @@ def _make_sensor(text: str) -> RdtSensor | ReplayedSensor:
 
 
 def _read_tool(path: Path) -> ForceTorqueAdapterParams:
+    if path.exists() and not path.is_file():
+        raise ScenarioError(f"--tool: {path}: expected a file")
     try:
         fields = parse_yaml(path.read_text(encoding="utf-8"), str(path))
-        return ForceTorqueAdapterParams(**fields)
+        if not isinstance(fields, dict):
+            raise TypeError("expected `field: value` in each line")
+        tool = ForceTorqueAdapterParams(**fields)
     except OSError as error:
-        raise DriverError(f"--tool: {path}: {error.strerror}") from None
+        raise ScenarioError(f"--tool: {path}: {error.strerror}") from None
     except (TypeError, ValueError) as error:
         raise ScenarioError(f"--tool: {path}: {error}") from None
+    if not _LEAST_TOOL <= tool.tool_mass <= _MOST_TOOL:
+        raise ScenarioError(
+            f"--tool: {path}: field `tool_mass` expected kg in [{_LEAST_TOOL:g}, "
+            f"{_MOST_TOOL:g}], got {tool.tool_mass:g}"
+        )
+    if np.abs(tool.tool_com).max() > 1:
+        raise ScenarioError(
+            f"--tool: {path}: field `tool_com` expected m in [-1, 1], got "
+            f"{tool.tool_com.tolist()}"
+        )
+    return tool
+
+
+def _check_scheme(scenario: Scenario) -> None:
+    """Raise ScenarioError where a real arm cannot have the scenario's scheme."""
+    fit = [scheme for scheme in scenario.SCHEMES if _reclutches(scenario, scheme)]
+    if scenario.scheme not in fit:
+        raise ScenarioError(
+            f"scheme: expected one of {', '.join(fit)} on hardware, got "
+            f"{scenario.scheme}, whose robot goes to where the hand is"
+        )
+
+
+def _reclutches(scenario: Scenario, scheme: str) -> bool:
+    params = make_hardware_defaults(scenario.robot_side_params())
+    params.scheme = scheme
+    try:
+        params.validate()
+    except ValueError:
+        return False
+    return True
 
 
 def _ask(question: str) -> bool:
     try:
-        answer = input(f"{question} [yes/no] ")
+        answer = input(f"{question} [yes/no] ").strip().lower()
     except EOFError:
+        print()
         return False
-    return answer.strip().lower() == "yes"
+    if answer not in ("yes", "no"):
+        print("It starts with `yes` only.")
+    return answer == "yes"

@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+import select
 import sys
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TextIO
 
 from dual_proxy._core import CycleStatistics
 
@@ -23,12 +26,19 @@ class Event:
 
 
 class Events:
-    """What happened so far, each told to people when it does."""
+    """What happened so far, each told to people when it does.
+
+    On standard error it is told when that takes it without waiting, the last _WAITING
+    of it: a terminal that was stopped, or a pipe that nobody reads, holds up no loop.
+    """
+
+    _WAITING = 1000
 
     def __init__(self, side: str, tell: Callable[[Event], None] | None = None) -> None:
         self._start = time.monotonic()
         self._side = side
         self._tell = tell or self._print
+        self._waiting: deque[str] = deque(maxlen=self._WAITING)
         self._also: list[Callable[[Event], None]] = []
         self.all: list[Event] = []
 
@@ -48,11 +58,19 @@ class Events:
         return sum(event.kind == kind for event in self.all)
 
     def _print(self, event: Event) -> None:
-        print(
-            f"{event.time:8.2f} s  {self._side}: {event.kind}: {event.text}",
-            file=sys.stderr,
-            flush=True,
+        self._waiting.append(
+            f"{event.time:8.2f} s  {self._side}: {event.kind}: {event.text}"
         )
+        while self._waiting and _takes(sys.stderr):
+            print(self._waiting.popleft(), file=sys.stderr, flush=True)
+
+
+def _takes(stream: TextIO) -> bool:
+    """Return whether a stream takes a line without waiting."""
+    try:
+        return bool(select.select([], [stream.fileno()], [], 0)[1])
+    except (AttributeError, OSError, ValueError):  # Closed, or none of the system's.
+        return True
 
 
 def cycle_text(cycles: CycleStatistics) -> str:

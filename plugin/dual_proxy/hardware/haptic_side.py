@@ -143,14 +143,17 @@ class HapticSideProcess(SideProcess):
         Raises
         ------
         DriverError
-            If the device cannot be opened.
+            If the device cannot be opened, or the log not be written.
         """
         device = self._device
         try:
             device.open()
+            self._open_log()
             self.events.add("started", "the device is ready")
             self._follow(time.monotonic() + duration)
             self.events.add("ended", cycle_text(self.work))
+            if self._log_fault:
+                raise DriverError(self._log_fault)
             return True
         finally:
             device.close()
@@ -216,6 +219,7 @@ class HapticSideProcess(SideProcess):
             if self._log is not None:
                 known = (now, handle.time, handle.valid, good, engaged)
                 self._write(self._log, known, handle, wrench)
+                self._watch_log()
             if self.on_cycle is not None:
                 self.on_cycle(now, handle)
             self.work.add(time.monotonic() - now)

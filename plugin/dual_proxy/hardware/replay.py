@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dual_proxy._core import ForceTorqueAdapterParams, PoseMessage
+from dual_proxy._core import DriverError, ForceTorqueAdapterParams, PoseMessage
 from dual_proxy.hardware.haptic_side import (
     HAPTIC_COLUMNS,
     handle_of,
@@ -27,6 +28,7 @@ from dual_proxy.hardware.side_log import LoggedCycle, message_digest, read_side_
 from dual_proxy.panda import PandaModel
 from dual_proxy.scenario import Scenario
 from dual_proxy.settings import parse_yaml
+from dual_proxy.text import one_line
 
 __all__ = ["Replayed", "replay_side"]
 
@@ -62,6 +64,16 @@ def replay_side(path: Path) -> Replayed:
     DriverError
         If the file cannot be read, or is another log.
     """
+    try:
+        replayed = _replay(path)
+    except (KeyError, TypeError, ValueError, struct.error) as error:
+        raise DriverError(f"{path}: it is damaged: {one_line(error, 200)}") from None
+    if replayed.cycles == 0:
+        raise DriverError(f"{path}: expected cycles to play back, got none")
+    return replayed
+
+
+def _replay(path: Path) -> Replayed:
     columns = {"robot": ROBOT_COLUMNS, "haptic": HAPTIC_COLUMNS}
     config, cycles = read_side_log(path, columns)
     text = parse_yaml(config["scenario"], str(path))

@@ -61,9 +61,11 @@ _REST_TIME = 2.0
 #: s: a cycle that comes later than this is told.
 _STALL = 0.02
 
+#: s: that it holds, or follows again, is told no more often.
+_RETELL_HOLD = 0.1
+
 _HOLDS = {
     "no_link": "no link: it holds its place",
-    "no_sensor": "no force sensor to rely on: it holds its place",
     "asked": "it is asked to hold its place",
     "bad_inputs": "inputs that cannot be: it brakes",
     "none": "it follows the hand",
@@ -157,6 +159,7 @@ class RobotSideProcess(SideProcess):
         self._confirm = confirm
         self._gripper = gripper
         self._hold = ""
+        self._hold_told = -math.inf
         self._push_force = push_force
         self._push_time = push_time
         self._push: PushTest | None = None
@@ -172,7 +175,8 @@ class RobotSideProcess(SideProcess):
         ------
         DriverError
             If arm or sensor cannot be opened: nothing has moved. If a push showed that
-            the sensor's force is wrong, or none came: the arm has come to rest.
+            the sensor's force is wrong, or none came, or the log cannot be written any
+            more: the arm has come to rest.
         """
         sensor = self._sensor
         try:
@@ -185,9 +189,10 @@ class RobotSideProcess(SideProcess):
             if not self._is_confirmed():
                 self.events.add("refused", "nobody confirmed; nothing was moved")
                 return False
+            self._open_log()
             ended = self._control(time.monotonic() + duration)
-            if self._refusal:
-                raise DriverError(self._refusal)
+            if self._refusal or self._log_fault:
+                raise DriverError(self._refusal or self._log_fault)
             return ended
         finally:
             self._arm.close()
@@ -231,7 +236,8 @@ class RobotSideProcess(SideProcess):
             if time.monotonic() - began >= _GOOD_TIME:
                 failures = 0
             while True:
-                if self._stop:
+                if self._stop or time.monotonic() >= end:
+                    self.events.add("ended", "the arm has stopped by itself")
                     return False
                 failures += 1
                 if failures > _RECOVERIES:
@@ -342,16 +348,29 @@ class RobotSideProcess(SideProcess):
                 return True
             hold = state.side.hold
             self._send(now, state.message, LinkFrame.HOLDING if hold != "none" else 0)
-            if hold != self._hold:
-                self._hold = hold
-                self.events.add("hold" if hold != "none" else "follow", _HOLDS[hold])
+            if hold != self._hold and now >= self._hold_told + _RETELL_HOLD:
+                self._hold, self._hold_told = hold, now
+                self._tell_hold(hold)
             if self._gripper is not None:
                 self._serve_gripper(self._gripper)
             if self._log is not None:
                 self._write(self._log, now, reading, wrench, (holds, pushing))
+                self._watch_log()
             if self.on_cycle is not None:
                 self.on_cycle(now, reading, wrench)
             self.work.add(time.monotonic() - now)
+
+    def _tell_hold(self, hold: str) -> None:
+        if hold != "no_sensor":
+            self.events.add("follow" if hold == "none" else "hold", _HOLDS[hold])
+            return
+        text = "no force sensor to rely on"
+        fresh = self.state.sensor_time >= time.monotonic() - self._max_sensor_age
+        if fault := getattr(self._sensor, "fault", ""):
+            text = f"{text} ({fault})"
+        elif fresh and not self.state.sensor.ready:
+            text = "the sensor's bias is not known yet"
+        self.events.add("hold", f"{text}: it holds its place")
 
     def _serve_gripper(self, gripper: Gripper) -> None:
         side = self.state.side

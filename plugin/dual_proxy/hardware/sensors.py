@@ -14,9 +14,13 @@ def rdt_host(text: str, expected: str) -> str:
     raise ScenarioError with what was expected."""
     kind, _, host = text.partition(":")
     name, colon, port = host.partition(":")
-    if kind != "rdt" or not name or (colon and not port.isdecimal()):
+    if kind != "rdt" or not name or (colon and not _is_port(port)):
         raise ScenarioError(f"--sensor: expected {expected}, got {text!r}")
     return host
+
+
+def _is_port(text: str) -> bool:
+    return text.isdecimal() and 1 <= int(text) <= 65535
 
 
 def make_rdt_sensor(host: str) -> RdtSensor:

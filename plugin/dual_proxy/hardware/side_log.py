@@ -16,6 +16,7 @@ and a metadata record `side` with the scenario and all else that the side is mad
 
 from __future__ import annotations
 
+import contextlib
 import json
 import time
 import zlib
@@ -70,6 +71,8 @@ class SideLog:
         except OSError as error:
             raise DriverError(f"log {path}: {error.strerror}") from None
         self.path = path
+        self.fault = ""
+        """Why nothing is written any more; "": it is."""
         self._writer = Writer(
             self._file, use_chunking=False, compression=CompressionType.NONE
         )
@@ -123,15 +126,23 @@ class SideLog:
 
     def close(self) -> None:
         """Write the file's end."""
-        if not self._file.closed:
-            self._writer.finish()  # type: ignore[no-untyped-call]
+        if self._file.closed:
+            return
+        with contextlib.suppress(OSError):  # What could be written is there.
+            if not self.fault:
+                self._writer.finish()  # type: ignore[no-untyped-call]
             self._file.close()
 
     def _add(self, channel: int, now: float, data: bytes) -> None:
+        if self.fault:
+            return
         stamp = int(1e9 * (now + self._epoch))
-        self._writer.add_message(channel, stamp, data, stamp)
-        # At once: a process that is killed loses nothing.
-        self._file.flush()
+        try:
+            self._writer.add_message(channel, stamp, data, stamp)
+            # At once: a process that is killed loses nothing.
+            self._file.flush()
+        except OSError as error:
+            self.fault = f"log {self.path}: {error.strerror}"
 
 
 class LoggedCycle(NamedTuple):

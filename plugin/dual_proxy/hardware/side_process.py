@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dual_proxy._core import CycleStatistics, PoseMessage
+from dual_proxy._core import CycleStatistics, DriverError, PoseMessage
 from dual_proxy.hardware.events import Events
 from dual_proxy.hardware.side_log import SideLog
 from dual_proxy.link import SIDES
@@ -52,9 +52,12 @@ class SideProcess:
         self._told = -math.inf
         self._stop = False
         self._log: SideLog | None = None
+        self._log_fault = ""
+        self._make_log: Callable[[], SideLog] | None = None
         if log is not None:
-            self._log = SideLog(log, side, config, columns)
-            self.events.also(self._log.event)
+            if log.exists():
+                raise DriverError(f"log {log}: File exists")
+            self._make_log = lambda: SideLog(log, side, config, columns)
 
     def stop(self) -> None:
         """Have `run` come to rest and end; for signal handlers and other threads."""
@@ -91,6 +94,20 @@ class SideProcess:
             return
         self._reasons, self._told = reasons, now
         self.events.add("link", trouble or f"the {self._other} side is there")
+
+    def _open_log(self) -> None:
+        """Begin to log, once all else is ready: what failed before leaves no file."""
+        if self._make_log is not None:
+            self._log = self._make_log()
+            self.events.also(self._log.event)
+            self.events.add("log", str(self._log.path))
+
+    def _watch_log(self) -> None:
+        """Come to rest and end where it cannot be written any more."""
+        if self._log is not None and self._log.fault != self._log_fault:
+            self._log_fault = self._log.fault
+            self.events.add("fault", f"{self._log_fault}: no run without a log")
+            self.stop()
 
     def _close_log(self) -> None:
         if self._log is not None:
