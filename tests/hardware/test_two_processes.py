@@ -269,7 +269,7 @@ def test_command_line_says_what_is_wrong(port, tmp_path, capsys):
     assert capsys.readouterr().err.endswith(
         "--sensor: expected own, rdt:HOST[:PORT] or replay:LOG, got 'x'\n"
     )
-    assert main([*base, "--arm", "simulated", "--tool", str(tmp_path / "no")]) == 3
+    assert main([*base, "--arm", "simulated", "--tool", str(tmp_path / "no")]) == 2
     assert "no: No such file" in capsys.readouterr().err
     assert main([*base, "--arm", "simulated", "--duration", "nan"]) == 2
     assert "--duration: expected seconds > 0, got 'nan'" in capsys.readouterr().err
