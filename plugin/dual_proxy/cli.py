@@ -665,7 +665,7 @@ def _add_keys(commands: Any) -> None:
             f"--{side}-host",
             type=_names,
             metavar="HOST,...",
-            help=f"names or IP addresses of the {side} side's machine (default: this "
+            help=f"names or IPv4 addresses of the {side} side's machine (default: this "
             "machine only, localhost and 127.0.0.1)",
         )
     add("--days", type=int, metavar="N", help="how long they are valid (default: 365)")

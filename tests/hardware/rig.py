@@ -21,6 +21,7 @@ from dual_proxy.hardware.arms import SimulatedPanda
 from dual_proxy.hardware.events import Events
 from dual_proxy.hardware.haptic_side import HapticSideProcess
 from dual_proxy.hardware.robot_side import RobotSideProcess
+from dual_proxy.link.agreement import describe_side
 from dual_proxy.link.message_link import MessageLink
 
 HERE = Path(__file__).parent
@@ -178,7 +179,12 @@ class Rig(Story):
         if sensor is not None:
             sensor.arm = self.arm
         access = {"insecure": True} if keys is None else {"keys": keys}
-        self.link = MessageLink("robot", listen=f"127.0.0.1:{port}", **access)
+        self.link = MessageLink(
+            "robot",
+            listen=f"127.0.0.1:{port}",
+            made_of=describe_side(self.scenario),
+            **access,
+        )
         self.side = RobotSideProcess(
             self.scenario,
             self.arm,
@@ -248,8 +254,13 @@ class HapticRig(Story):
     """The haptic side with a simulated hand, and what the hand felt."""
 
     def __init__(self, port, scenario):
-        self.link = MessageLink("haptic", connect=f"127.0.0.1:{port}", insecure=True)
         loaded = dp.load_scenario(scenario)
+        self.link = MessageLink(
+            "haptic",
+            connect=f"127.0.0.1:{port}",
+            insecure=True,
+            made_of=describe_side(loaded),
+        )
         self.hand = PressingHand(loaded, self.is_followed)
         self.side = HapticSideProcess(
             loaded,

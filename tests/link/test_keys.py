@@ -65,8 +65,11 @@ def test_command_says_what_to_copy_where_and_never_overwrites(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--robot-host", "a b"], "robot host: expected a name or an IP address"),
-        (["--haptic-host", ""], "haptic host: expected a name or an IP address"),
+        (["--robot-host", "a b"], "robot host: expected a name or an IPv4 address"),
+        (["--haptic-host", ""], "haptic host: expected a name or an IPv4 address"),
+        (["--robot-host", "999.1.1.1"], "IPv4 address, got '999.1.1.1'"),
+        (["--robot-host", "10.0.0.1."], "IPv4 address, got '10.0.0.1.'"),
+        (["--haptic-host", "::1"], "IPv4 address, got '::1'"),
         (["--days", "0"], r"days: expected an integer in \[1, 36500\], got 0"),
     ],
 )
@@ -92,10 +95,19 @@ def test_what_is_not_there(robot, tmp_path):
             keys.check_keys(robot, "robot")
         file.write_bytes(b"nothing")
         file.chmod(0o600)
-        with pytest.raises(LinkError, match=rf"{name}\.pem is no"):
+        with pytest.raises(LinkError, match=rf"{name}\.pem is no") as refused:
             keys.check_keys(robot, "robot")
+        assert "http" not in str(refused.value)
+        assert str(refused.value).count("\n") == 0
         file.write_bytes(data)
     keys.check_keys(robot, "robot")
+
+
+def test_the_folder_of_both_sides(made):
+    for side in ("robot", "haptic"):
+        said = f"the {side} side needs {made}/{side}$"
+        with pytest.raises(LinkError, match=said):
+            keys.check_keys(made, side)
 
 
 def test_a_key_that_others_can_read(robot):

@@ -23,6 +23,7 @@ try:
     from intruder import Intruder
 
     from dual_proxy.link import keys, transport
+    from dual_proxy.link.agreement import describe_side
     from dual_proxy.link.message_link import MessageLink
     from dual_proxy.link.transport import RING, Transport
 except ImportError as error:
@@ -465,12 +466,16 @@ def test_without_keys_only_this_machine(address, capsys):
         ({"listen": None}, "to listen on or one to connect to, got neither"),
         ({"insecure": False}, r"`dual-proxy keys` makes it.* got neither"),
         ({"keys": Path("/nowhere")}, "got both"),
-        ({"listen": "127.0.0.1"}, "expected HOST:PORT, got '127.0.0.1'"),
+        ({"listen": "127.0.0.1"}, "--listen: expected HOST:PORT, got '127.0.0.1'"),
+        (
+            {"listen": None, "connect": "127.0.0.1"},
+            "--connect: expected HOST:PORT, got '127.0.0.1'",
+        ),
         ({"listen": "127.0.0.1:0"}, r"expected a port in \[1, 65535\], got 0"),
         ({"listen": "127.0.0.1:x"}, "expected HOST:PORT"),
         ({"listen": "::1:5"}, "expected HOST:PORT"),
         ({"listen": "tcp/127.0.0.1:5"}, "expected HOST:PORT"),
-        ({"listen": "nowhere.invalid:5"}, r"address: nowhere\.invalid: "),
+        ({"listen": "nowhere.invalid:5"}, r"--listen: nowhere\.invalid: "),
     ],
 )
 def test_what_makes_no_link_is_refused(arguments, said):
@@ -498,6 +503,141 @@ def test_a_link_that_is_closed_takes_and_gives_nothing(address):
 def test_an_address_in_use_is_said(made, address):
     with (
         Transport("robot", listen=address, keys=made / "robot"),
-        pytest.raises(LinkError, match=f"cannot listen on {address}"),
+        pytest.raises(LinkError) as refused,
     ):
         Transport("robot", listen=address, keys=made / "robot")
+    said = f"--listen: cannot listen on {address}: the port is in use"
+    assert str(refused.value) == said
+
+
+def test_an_address_of_another_machine_is_said(made):
+    with pytest.raises(LinkError, match="it is no address of this machine"):
+        Transport("robot", listen="192.0.2.1:7447", keys=made / "robot")
+
+
+def made_of(**overrides):
+    return describe_side(dp.load_scenario("plane").with_overrides(overrides))
+
+
+def insecure(side, address, **arguments):
+    how = "listen" if side == "robot" else "connect"
+    return Loop(MessageLink(side, **{how: address}, insecure=True, **arguments))
+
+
+def together(*loops):
+    """Return what runs all of them until something."""
+    first, *others = loops
+
+    def until(what):
+        return first.until(lambda: [loop.step() for loop in others] and what())
+
+    return until
+
+
+@pytest.mark.parametrize("secure", [False, True])
+def test_sides_made_of_different_things_do_not_follow(made, address, secure):
+    """Until the one that was started with another scheme is started again."""
+    access = [{"insecure": True}] * 2
+    if secure:
+        access = [{"keys": made / side} for side in ("robot", "haptic")]
+
+    def haptic_side(**overrides):
+        link = MessageLink(
+            "haptic", connect=address, made_of=made_of(**overrides), **access[1]
+        )
+        return Loop(link)
+
+    with MessageLink(
+        "robot", listen=address, made_of=made_of(), **access[0]
+    ) as robot_link:
+        robot, haptic = Loop(robot_link), haptic_side(scheme="tdpa")
+        until = together(robot, haptic)
+        until(lambda: "has" in robot.trouble and "has" in haptic.trouble)
+        assert robot.trouble == (
+            "the haptic side has scheme tdpa, this one dual_proxy: give both the same "
+            "scenario"
+        )
+        assert haptic.trouble == (
+            "the robot side has scheme dual_proxy, this one tdpa: give both the same "
+            "scenario"
+        )
+        end = time.monotonic() + 0.3
+        until(lambda: time.monotonic() > end)
+        for loop in (robot, haptic):
+            assert loop.link.statistics()["accepted"] > 0
+            assert not loop.received
+            assert not loop.connected()
+            assert loop.link.flags == 0
+        haptic.link.close()
+        with haptic_side().link as link:
+            haptic = Loop(link)
+            until = together(robot, haptic)
+            until(lambda: haptic.received and not haptic.trouble)
+            until(lambda: robot.received and not robot.trouble)
+            assert robot.connected()
+            assert haptic.connected()
+
+
+def test_a_side_that_does_not_tell_what_it_is_made_of_is_not_followed(address):
+    robot = insecure("robot", address, made_of=made_of())
+    haptic = insecure("haptic", address)
+    until = together(robot, haptic)
+    with robot.link, haptic.link:
+        begin = time.monotonic()
+        until(lambda: "another version" in robot.trouble)
+        assert time.monotonic() - begin > 1.8
+        assert robot.trouble == (
+            "the haptic side does not tell what it is made of: it is another version "
+            "of dual-proxy"
+        )
+        assert not robot.received
+        assert haptic.received
+
+
+def test_malformed_words_beside_the_frames_are_counted(address):
+    robot = insecure("robot", address, made_of=made_of())
+    haptic = insecure("haptic", address, made_of=made_of())
+    until = together(robot, haptic)
+    with robot.link, haptic.link:
+        until(lambda: robot.received)
+
+        def malformed():
+            haptic.link._transport.send_beside(b"x" * 500)
+            return robot.link.statistics()["malformed_beside"] > 20
+
+        until(malformed)
+        taken = len(robot.received)
+        until(lambda: len(robot.received) > taken + 5)
+        assert robot.trouble == ""
+
+
+def test_a_second_haptic_side_and_the_robot_side_say_what_it_is(address):
+    robot, first = insecure("robot", address), insecure("haptic", address)
+    with robot.link, first.link:
+        together(robot, first)(lambda: first.connected() and robot.connected())
+        second = insecure("haptic", address)
+        with second.link:
+            until = together(robot, first, second)
+            until(lambda: robot.trouble and second.trouble)
+            assert robot.connected()
+            assert first.connected()
+            assert first.trouble == ""
+        assert robot.trouble == (
+            "a second haptic side is there: only the first one is heard"
+        )
+        assert second.trouble.endswith(
+            ": connected, but another haptic side is heard there already"
+        )
+        together(robot, first)(lambda: not robot.trouble)
+
+
+def test_a_robot_side_without_keys_says_that_the_other_is_one_too(address):
+    robot = insecure("robot", address)
+    other = Loop(MessageLink("robot", connect=address, insecure=True))
+    with robot.link, other.link:
+        until = together(robot, other)
+        until(lambda: "twice" in robot.trouble and "twice" in other.trouble)
+        assert robot.trouble.endswith(
+            ": connected, but to a robot side: the same side is started twice, and no "
+            "haptic side"
+        )

@@ -35,6 +35,7 @@ from dual_proxy.hardware.options import OMEGA, PANDA, REPLAY, SIMULATED
 from dual_proxy.hardware.replayed import ReplayedHand, ReplayedSensor
 from dual_proxy.hardware.robot_side import RobotSideProcess
 from dual_proxy.hardware.sensors import make_rdt_sensor, rdt_host
+from dual_proxy.link.agreement import describe_side
 from dual_proxy.link.message_link import MessageLink
 from dual_proxy.scenario import Scenario, ScenarioError
 from dual_proxy.settings import parse_yaml
@@ -142,6 +143,7 @@ def _make_link(
         keys=options.keys,
         insecure=options.insecure,
         monitor=scenario.link.monitor,
+        made_of=describe_side(scenario),
     )
 
 

@@ -7,6 +7,7 @@ is and under which names it is reached, and `ca.pem`, by which it knows the othe
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import ipaddress
 import os
@@ -16,11 +17,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from dual_proxy.link import SIDES, LinkError
-from dual_proxy.text import one_line
 
 try:
     from cryptography import x509
-    from cryptography.exceptions import InvalidSignature
+    from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
     from cryptography.hazmat.primitives import hashes, serialization
     from cryptography.hazmat.primitives.asymmetric import ec
     from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
@@ -66,7 +66,7 @@ def make_keys(
 ) -> datetime.datetime:
     """Make `folder` with the folders `robot` and `haptic`; return their last day.
 
-    `..._hosts` are the names and IP addresses under which that side's machine is
+    `..._hosts` are the names and IPv4 addresses under which that side's machine is
     reached. The authority's own key is not kept: nobody can sign a third certificate,
     and new ones are for both sides.
 
@@ -137,6 +137,11 @@ def check_keys(folder: Path, side: str) -> SideKeys:
         raise LinkError(
             f"keys: {folder} is no folder; `dual-proxy keys DIR` makes DIR/{side}"
         )
+    if not (folder / "key.pem").exists() and (folder / side).is_dir():
+        raise LinkError(
+            f"keys: {folder} has the keys of both sides: the {side} side needs "
+            f"{folder / side}"
+        )
     ca_file, certificate_file, key_file = (
         folder / name for name in ("ca.pem", "certificate.pem", "key.pem")
     )
@@ -151,10 +156,9 @@ def check_keys(folder: Path, side: str) -> SideKeys:
         )
     try:
         key = serialization.load_pem_private_key(secret, password=None)
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, UnsupportedAlgorithm):
         raise LinkError(
-            f"keys: {key_file} is no private key without a password: "
-            f"{one_line(error, 200)}"
+            f"keys: {key_file} is no private key in PEM, or has a password"
         ) from None
     pem = serialization.Encoding.PEM
     form = serialization.PublicFormat.SubjectPublicKeyInfo
@@ -198,16 +202,18 @@ def _alternative_names(hosts: Sequence[str], what: str) -> list[x509.GeneralName
     """Names and addresses, as a certificate has them."""
     names: list[x509.GeneralName] = []
     for host in hosts:
-        try:
-            names.append(x509.IPAddress(ipaddress.ip_address(host)))
+        # Zenoh checks no certificate of an IPv6 address.
+        with contextlib.suppress(ValueError):
+            names.append(x509.IPAddress(ipaddress.IPv4Address(host)))
             continue
-        except ValueError:
-            pass
-        if not host or not host.isascii() or set(host) & set(" /:*@[]"):
-            raise LinkError(f"{what}: expected a name or an IP address, got {host!r}")
+        # A name whose last part is a number is an address that is wrong.
+        last = host.removesuffix(".").rpartition(".")[2]
+        unusual = set(host) & set(" /:*@[]")
+        if not last or last.isdigit() or not host.isascii() or unusual:
+            raise LinkError(f"{what}: expected a name or an IPv4 address, got {host!r}")
         names.append(x509.DNSName(host))
     if not names:
-        raise LinkError(f"{what}: expected at least one name or IP address")
+        raise LinkError(f"{what}: expected at least one name or IPv4 address")
     return names
 
 
@@ -271,9 +277,9 @@ def _load_certificate(file: Path) -> x509.Certificate:
     data = _read(file)
     try:
         return x509.load_pem_x509_certificate(data)
-    except ValueError as error:
+    except ValueError:
         raise LinkError(
-            f"keys: {file} is no certificate: {one_line(error, 200)}"
+            f"keys: {file} is no certificate in PEM, or is damaged"
         ) from None
 
 

@@ -83,17 +83,18 @@ class Transport:
         self._side = side
         self._listens = listen is not None
         self._address = listen if listen is not None else str(connect)
-        self._host, self._port = _split_address(self._address)
+        self._option = "--listen" if self._listens else "--connect"
+        self._host, self._port = _split_address(self._option, self._address)
         self._keys: SideKeys | None = None
         if keys is not None:
             self._keys = check_keys(keys, side)
             if not self._listens and ":" in self._host:
                 raise LinkError(
-                    "address: Zenoh checks no certificate of an IPv6 address, got "
+                    "--connect: Zenoh checks no certificate of an IPv6 address, got "
                     f"{self._host}; connect to a name for it, or to IPv4"
                 )
         else:
-            self._host = _loopback(self._host)
+            self._host = _loopback(self._option, self._host)
             print(
                 f"dual-proxy: warning: insecure link on {self._host}: whoever has an "
                 "account on this machine can command the robot",
@@ -101,20 +102,20 @@ class Transport:
             )
         self._probe = None if self._listens else _open_probe(self._host, self._port)
         self._refused = False
-        inbound, outbound = (f"dual_proxy/to_{name}" for name in (side, _other(side)))
+        if self._listens:
+            _check_free(self._address, self._host, self._port)
+        ends = (side, _other(side))
+        inbound, outbound = (f"dual_proxy/to_{name}" for name in ends)
+        beside_in, beside_out = (f"dual_proxy/config/to_{name}" for name in ends)
         try:
-            self._session: Any = zenoh.open(self._config(inbound, outbound))
-            self._inbound = self._session.declare_subscriber(
-                inbound, zenoh.handlers.RingChannel(RING)
+            self._session: Any = zenoh.open(
+                self._config([inbound, beside_in], [outbound, beside_out])
             )
-            self._outbound = self._session.declare_publisher(
-                outbound,
-                congestion_control=zenoh.CongestionControl.DROP,
-                priority=zenoh.Priority.REAL_TIME,
-                express=True,
-                reliability=zenoh.Reliability.BEST_EFFORT,
-                allowed_destination=zenoh.Locality.REMOTE,
-            )
+            # What is beside the frames is there when they are.
+            self._beside_in = self._subscribe(beside_in, 4)
+            self._beside_out = self._publish(beside_out)
+            self._inbound = self._subscribe(inbound, RING)
+            self._outbound = self._publish(outbound)
         except zenoh.ZError as error:
             what = "listen on" if self._listens else "connect to"
             # Without the place in its source.
@@ -142,6 +143,19 @@ class Transport:
                     break
                 taken.append(sample.payload.to_bytes())
         return taken
+
+    def send_beside(self, data: bytes) -> None:
+        """As `send`, of what is told beside the frames."""
+        with contextlib.suppress(zenoh.ZError):  # It is closed.
+            self._beside_out.put(data)
+
+    def receive_beside(self) -> bytes | None:
+        """Take the next of what was told beside the frames, if there is any."""
+        with contextlib.suppress(zenoh.ZError):  # It is closed.
+            sample = self._beside_in.try_recv()
+            if sample is not None:
+                return bytes(sample.payload.to_bytes())
+        return None
 
     def peers(self) -> list[str]:
         """Return who is connected, as their certificates name them.
@@ -189,7 +203,11 @@ class Transport:
 
     def is_same_side(self) -> bool:
         """Whether a peer is of this very side, which cannot be talked to."""
-        return common_name(self._side) in self.peers()
+        peers = self.peers()
+        if self._keys is not None:
+            return common_name(self._side) in peers
+        # It does not take what this side sends.
+        return bool(peers) and not self._outbound.matching_status.matching
 
     def address_text(self) -> str:
         """Return where this side listens or connects to, for people."""
@@ -205,6 +223,19 @@ class Transport:
         with contextlib.suppress(zenoh.ZError):
             self._session.close()
 
+    def _subscribe(self, key: str, most: int) -> Any:
+        return self._session.declare_subscriber(key, zenoh.handlers.RingChannel(most))
+
+    def _publish(self, key: str) -> Any:
+        return self._session.declare_publisher(
+            key,
+            congestion_control=zenoh.CongestionControl.DROP,
+            priority=zenoh.Priority.REAL_TIME,
+            express=True,
+            reliability=zenoh.Reliability.BEST_EFFORT,
+            allowed_destination=zenoh.Locality.REMOTE,
+        )
+
     def _ask(self) -> None:
         """Take the other machine's answer to the datagram of the last call, which of a
         port where nothing is comes back as an error, and send the next."""
@@ -215,7 +246,7 @@ class Transport:
         with contextlib.suppress(OSError):
             self._probe.send(b"?")
 
-    def _config(self, inbound: str, outbound: str) -> Any:
+    def _config(self, inbound: list[str], outbound: list[str]) -> Any:
         host = f"[{self._host}]" if ":" in self._host else self._host
         secure = self._keys is not None
         # Without streams in order (rel=0) what is late does not hold up what follows.
@@ -275,7 +306,7 @@ def _other(side: str) -> str:
     return SIDES[1 - SIDES.index(side)]
 
 
-def _only_between(peer: str, inbound: str, outbound: str) -> dict[str, Any]:
+def _only_between(peer: str, inbound: list[str], outbound: list[str]) -> dict[str, Any]:
     """Zenoh's rules: only the other side's certificate may send here or listen."""
     rules = [
         {
@@ -283,7 +314,7 @@ def _only_between(peer: str, inbound: str, outbound: str) -> dict[str, Any]:
             "permission": "allow",
             "messages": [message],
             "flows": [flow],
-            "key_exprs": [inbound if to_here else outbound],
+            "key_exprs": inbound if to_here else outbound,
         }
         for message, flow, to_here in (
             ("put", "ingress", True),
@@ -301,7 +332,7 @@ def _only_between(peer: str, inbound: str, outbound: str) -> dict[str, Any]:
     }
 
 
-def _split_address(text: str) -> tuple[str, int]:
+def _split_address(option: str, text: str) -> tuple[str, int]:
     """HOST:PORT, the host of IPv6 in brackets."""
     host, colon, port = text.rpartition(":")
     if host.startswith("[") and host.endswith("]"):
@@ -310,22 +341,36 @@ def _split_address(text: str) -> tuple[str, int]:
         host = ""
     unusual = set(host) & set(" /?#,;@[]")
     if not (colon and host and not unusual and port.isascii() and port.isdigit()):
-        raise LinkError(f"address: expected HOST:PORT, got {text!r}")
+        raise LinkError(f"{option}: expected HOST:PORT, got {text!r}")
     if not 1 <= int(port) <= 65535:
-        raise LinkError(f"address: expected a port in [1, 65535], got {port}")
+        raise LinkError(f"{option}: expected a port in [1, 65535], got {port}")
     return host, int(port)
 
 
-def _resolve(host: str, port: int) -> list[Any]:
+def _resolve(option: str, host: str, port: int) -> list[Any]:
     try:
         return socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
     except OSError as error:
-        raise LinkError(f"address: {host}: {error.strerror or error}") from None
+        raise LinkError(f"{option}: {host}: {error.strerror or error}") from None
+
+
+def _check_free(address: str, host: str, port: int) -> None:
+    """Raise LinkError if nobody can listen there now, for a reason Zenoh buries."""
+    family, kind, protocol, _, where = _resolve("--listen", host, port)[0]
+    try:
+        with socket.socket(family, kind, protocol) as tried:
+            tried.bind(where)
+    except OSError as error:
+        why = {
+            errno.EADDRINUSE: "the port is in use",
+            errno.EADDRNOTAVAIL: "it is no address of this machine",
+        }.get(error.errno or 0, error.strerror)
+        raise LinkError(f"--listen: cannot listen on {address}: {why}") from None
 
 
 def _open_probe(host: str, port: int) -> socket.socket | None:
     """A socket that notices if nothing is at a port; None where there is no way."""
-    family, kind, protocol, _, address = _resolve(host, port)[0]
+    family, kind, protocol, _, address = _resolve("--connect", host, port)[0]
     probe = socket.socket(family, kind, protocol)
     try:
         probe.setblocking(False)
@@ -336,9 +381,9 @@ def _open_probe(host: str, port: int) -> socket.socket | None:
     return probe
 
 
-def _loopback(host: str) -> str:
+def _loopback(option: str, host: str) -> str:
     """The address of a host, which must be this machine alone."""
-    found = {str(entry[4][0]) for entry in _resolve(host, 0)}
+    found = {str(entry[4][0]) for entry in _resolve(option, host, 0)}
     if not all(ipaddress.ip_address(address).is_loopback for address in found):
         raise LinkError(
             f"--insecure is for 127.0.0.1, ::1 and localhost alone, got {host}; "
