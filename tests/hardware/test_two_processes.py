@@ -69,6 +69,36 @@ def test_the_robot_never_travels_by_itself(port, haptic):
     print(f"{rig.most_force(0):.1f} N at most;", cycle_text(rig.side.work))
 
 
+def test_a_haptic_side_of_another_scheme_moves_nothing(port, tmp_path):
+    haptic = SideProcess(
+        *(
+            "haptic",
+            tmp_path,
+            "--set",
+            "scheme=position_force",
+            "--device",
+            "simulated",
+        ),
+        *("--connect", f"127.0.0.1:{port}", "--insecure"),
+    )
+    haptic.start()
+    rig = Rig(port)
+
+    def story(rig):
+        yield lambda: haptic.says(
+            "the robot side has scheme dual_proxy, this one position_force"
+        )
+        yield rig.passed(0.3)
+
+    try:
+        assert rig.run(story)
+    finally:
+        haptic.kill()
+    assert "none" not in rig.holds
+    said = "the haptic side has scheme position_force, this one dual_proxy"
+    assert any(event.text.startswith(said) for event in rig.side.events.all)
+
+
 class Sensor:
     """The arm's own, until it is told otherwise."""
 

@@ -87,7 +87,8 @@ class SideProcess:
         self._link.send(now, message, flags)
         trouble = self._link.trouble(now)
         # What comes before them counts seconds.
-        reasons = trouble.partition(": ")[2]
+        counts = trouble.startswith("no ")
+        reasons = trouble.partition(": ")[2] if counts else trouble
         if reasons == self._reasons:
             return
         if reasons and self._reasons and now < self._told + _RETELL:
