@@ -2,6 +2,7 @@
 """Hardware in a Drake diagram at real time; what is simulated here is so in real time,
 behind the interfaces of hardware."""
 
+import math
 import time
 from types import SimpleNamespace
 
@@ -94,3 +95,12 @@ def test_an_arm_that_stops_ends_the_diagram():
     rig.arm.close()
     with pytest.raises(ArmFault, match="not started"):
         rig.simulator.AdvanceTo(0.2)
+
+
+@pytest.mark.parametrize("bad", [0, -1, math.nan, math.inf])
+def test_times_that_cannot_be(bad):
+    source = SimpleNamespace(read=lambda: None)
+    with pytest.raises(ValueError, match="ForceTorqueSensor: field `period` expected"):
+        ForceTorqueSensor(source, period=bad)
+    with pytest.raises(ValueError, match="ForceTorqueSensor: field `max_age` expected"):
+        ForceTorqueSensor(source, max_age=bad)

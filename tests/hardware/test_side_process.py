@@ -6,6 +6,7 @@ import errno
 import os
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -126,11 +127,29 @@ def test_a_scheme_that_hardware_cannot_have(capsys, side):
     )
 
 
+def test_a_log_that_is_there_and_options_of_another_device(tmp_path, capsys):
+    log = tmp_path / "log.mcap"
+    log.touch()
+    command = ["haptic-side", "plane", "--device", "simulated", "--insecure"]
+    command += ["--connect", "127.0.0.1:7447"]
+    assert main([*command, "--log", str(log)]) == 2
+    assert f"--log: {log}: File exists" in capsys.readouterr().err
+    assert main([*command, "--homing"]) == 2
+    assert "expected with --device omega only" in capsys.readouterr().err
+
+
 def test_an_arm_that_is_not_open():
     arm = FrankaArm(dp.FrankaRobotSideParams(host="arm.lab"))
     for call in (arm.look, arm.start, arm.read, lambda: arm.write(np.zeros(7))):
         with pytest.raises(ArmFault, match=r"arm at arm\.lab: it is not open"):
             call()
+
+
+def test_the_program_of_the_guide(capsys):
+    page = Path(__file__).parents[2] / "docs/hardware.md"
+    program = page.read_text().partition("```python\n")[2].partition("```")[0]
+    exec(program, {})
+    assert "cycles: median" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("place", [60, 4000])

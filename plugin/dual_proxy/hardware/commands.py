@@ -51,6 +51,7 @@ def make_robot_side(
 ) -> RobotSideProcess:
     """Return what is to be run. Raises ScenarioError, LinkError, DriverError."""
     _check_scheme(scenario)
+    log = _log(options, "robot")
     adapter = _read_tool(options.tool) if options.tool else None
     own = options.sensor == "own"
     tool_mass = adapter.tool_mass if adapter else scenario.scene.tool_mass
@@ -90,7 +91,7 @@ def make_robot_side(
         push_force=push_force,
         gripper=gripper if options.gripper == "own" else None,
         confirm=(lambda _: True) if options.yes else _ask,
-        log=options.log or _log_path("robot"),
+        log=log,
     )
 
 
@@ -99,6 +100,7 @@ def make_haptic_side(
 ) -> HapticSideProcess:
     """Return what is to be run. Raises ScenarioError, LinkError, DriverError."""
     _check_scheme(scenario)
+    log = _log(options, "haptic")
     kind = options.device
     device: Any = None
     if kind.startswith(REPLAY):
@@ -107,6 +109,8 @@ def make_haptic_side(
         raise ScenarioError(
             f"--device: expected {OMEGA}, {SIMULATED} or {REPLAY}LOG, got {kind!r}"
         )
+    if kind != OMEGA and (options.homing or options.sdk):
+        raise ScenarioError(f"--homing, --sdk: expected with --device {OMEGA} only")
     link = _make_link("haptic", options, scenario)
     if kind == SIMULATED:
 
@@ -129,7 +133,7 @@ def make_haptic_side(
         device,
         link,
         button_grips=options.button == "gripper",
-        log=options.log or _log_path("haptic"),
+        log=log,
     )
 
 
@@ -147,8 +151,12 @@ def _make_link(
     )
 
 
-def _log_path(side: str) -> Path:
-    """Where a run is logged that nobody gave a place: no two share one."""
+def _log(options: argparse.Namespace, side: str) -> Path:
+    """Where a run is logged; one that nobody gave a place shares it with no other."""
+    if options.log is not None:
+        if options.log.exists():
+            raise ScenarioError(f"--log: {options.log}: File exists")
+        return Path(options.log)
     now = datetime.datetime.now()
     return Path(f"out/hardware/{now:%Y-%m-%d-%H%M%S}-{side}-{os.getpid()}.mcap")
 

@@ -30,11 +30,19 @@ __all__ = ["ForceTorqueSensor", "HapticDevice", "PandaHardware"]
 _NOWHERE: Any = np.full(3, math.nan)
 
 
+def _check_positive(system: object, name: str, value: float) -> None:
+    if not 0 < value < math.inf:
+        raise ValueError(
+            f"{type(system).__name__}: field `{name}` expected s > 0, got {value}"
+        )
+
+
 class _Hardware(LeafSystem):
     """Does `_exchange` every period, from time 0 on."""
 
     def __init__(self, period: float) -> None:
         super().__init__()
+        _check_positive(self, "period", period)
         self.DeclarePeriodicPublishEvent(period, 0.0, self._step)
 
     def _step(self, context: Any) -> EventStatus:
@@ -149,6 +157,7 @@ class ForceTorqueSensor(_Hardware):
         self, sensor: Any, period: float = 0.001, max_age: float = 0.01
     ) -> None:
         super().__init__(period)
+        _check_positive(self, "max_age", max_age)
         self._sensor = sensor
         self._max_age = max_age
         self._reading = sensor.read()
