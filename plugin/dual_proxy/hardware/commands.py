@@ -51,7 +51,6 @@ def make_robot_side(
 ) -> RobotSideProcess:
     """Return what is to be run. Raises ScenarioError, LinkError, DriverError."""
     _check_scheme(scenario)
-    log = _log(options, "robot")
     adapter = _read_tool(options.tool) if options.tool else None
     own = options.sensor == "own"
     tool_mass = adapter.tool_mass if adapter else scenario.scene.tool_mass
@@ -81,11 +80,13 @@ def make_robot_side(
         if own:
             # libfranka has taken the tool's weight out of its estimate.
             adapter = ForceTorqueAdapterParams(tare=True)
+    sensor = None if own else _make_sensor(options.sensor)
+    log = _log(options, "robot")
     return RobotSideProcess(
         scenario,
         arm,
         _make_link("robot", options, scenario),
-        sensor=None if own else _make_sensor(options.sensor),
+        sensor=sensor,
         adapter=adapter,
         tool_mass=tool_mass,
         push_force=push_force,
@@ -100,7 +101,6 @@ def make_haptic_side(
 ) -> HapticSideProcess:
     """Return what is to be run. Raises ScenarioError, LinkError, DriverError."""
     _check_scheme(scenario)
-    log = _log(options, "haptic")
     kind = options.device
     device: Any = None
     if kind.startswith(REPLAY):
@@ -111,6 +111,7 @@ def make_haptic_side(
         )
     if kind != OMEGA and (options.homing or options.sdk):
         raise ScenarioError(f"--homing, --sdk: expected with --device {OMEGA} only")
+    log = _log(options, "haptic")
     link = _make_link("haptic", options, scenario)
     if kind == SIMULATED:
 
