@@ -5,17 +5,11 @@ import ctypes
 import os
 
 import pytest
-from sdk_folder import build_sdk
 
 # Nothing here depends on what the LeafSystems are written in: `make test` runs it
 # once.
 if os.environ.get("DUAL_PROXY_FACES") == "python":
     collect_ignore_glob = ["test_*.py"]
-
-
-@pytest.fixture(scope="session")
-def sdk_folder(tmp_path_factory):
-    return build_sdk(tmp_path_factory.mktemp("sdk"))
 
 
 @pytest.fixture

@@ -5,15 +5,9 @@ import os
 
 import pytest
 from fci_rig import FciRig, need_simulator
-from sdk_folder import build_sdk
 
 if os.environ.get("DUAL_PROXY_FACES") == "python":
     collect_ignore_glob = ["test_*.py"]
-
-
-@pytest.fixture(scope="session")
-def sdk_folder(tmp_path_factory):
-    return build_sdk(tmp_path_factory.mktemp("sdk"))
 
 
 @pytest.fixture

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from free_port import free_port
 from numpy.typing import NDArray
 from panda_mjcf import write_panda_mjcf
 from settings_process import SettingsProcess
@@ -107,13 +108,6 @@ def pressing_path(seconds: float) -> Path3:
     times = np.arange(7.0, 5 + seconds + 2, 2.0)
     path += [(float(t), *places[i % 3], -0.044) for i, t in enumerate(times)]
     return path
-
-
-def free_port() -> int:
-    """Return a UDP port that nothing uses."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
 
 
 def give_priority(process: subprocess.Popen[Any], priority: int) -> None:

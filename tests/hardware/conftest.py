@@ -3,20 +3,5 @@
 
 import os
 
-import pytest
-from sdk_folder import build_sdk
-
 if os.environ.get("DUAL_PROXY_FACES") == "python":
     collect_ignore_glob = ["test_*.py"]
-
-
-@pytest.fixture
-def port():
-    from rig import free_port
-
-    return free_port()
-
-
-@pytest.fixture(scope="session")
-def sdk_folder(tmp_path_factory):
-    return build_sdk(tmp_path_factory.mktemp("sdk"))

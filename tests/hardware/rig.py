@@ -6,7 +6,6 @@ follows. Machines that run tests are busy: times are printed, and what is assert
 room.
 """
 
-import socket
 import subprocess
 import sys
 import threading
@@ -35,12 +34,6 @@ TRAVEL = 0.002
 BUSY = 0.4
 # s: how long a test waits for what is to come, at most.
 PATIENCE = 40.0
-
-
-def free_port():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
-        found.bind(("127.0.0.1", 0))
-        return found.getsockname()[1]
 
 
 class SideProcess:
@@ -271,9 +264,7 @@ class HapticRig(Story):
         self.times, self.forces, self.follows = [], [], []
 
     def is_followed(self):
-        return self.link.connected(time.monotonic()) and not (
-            self.link.flags & dp.LinkFrame.HOLDING
-        )
+        return self.link.follows(time.monotonic())
 
     def run(self, story):
         return self._run(story, self.side, self.link)

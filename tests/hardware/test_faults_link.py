@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from free_port import free_port
 from settings_process import SettingsProcess
 
 import dual_proxy as dp
@@ -20,7 +21,7 @@ from dual_proxy.hardware.side_log import read_side_log
 from dual_proxy.panda import PandaModel
 
 try:
-    from rig import HAND_SPEED, PRESS, TRAVEL, HapticRig, Rig, SideProcess, free_port
+    from rig import HAND_SPEED, PRESS, TRAVEL, HapticRig, Rig, SideProcess
 
     from dual_proxy.link.keys import make_keys
 except ImportError as error:

@@ -157,7 +157,7 @@ class OwnLink:
 
     def __init__(self):
         self.opening = math.nan
-        self.flags = 0
+        self.flags, self.reasons = 0, ""
         self._message = dp.PoseMessage()
 
     def receive(self, now):
@@ -273,9 +273,10 @@ class Device:
 # As a link to a robot side that is there, and follows.
 FOLLOWING = SimpleNamespace(
     flags=0,
+    reasons="",
     send=lambda *_: None,
     receive=lambda _: None,
-    connected=lambda _: True,
+    follows=lambda _: True,
     trouble=lambda _: "",
 )
 

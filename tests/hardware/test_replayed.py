@@ -2,7 +2,6 @@
 """What a side's log has of device and sensor, again in real time."""
 
 import math
-import socket
 import time
 
 import numpy as np
@@ -177,11 +176,8 @@ def test_another_log_is_refused(hand_log, arm_log, tmp_path):
         ReplayedSensor(empty)
 
 
-def test_on_the_command_line(hand_log, arm_log, tmp_path, capsys):
+def test_on_the_command_line(hand_log, arm_log, port, tmp_path, capsys):
     pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
-        found.bind(("127.0.0.1", 0))
-        port = found.getsockname()[1]
     out = tmp_path / "out.mcap"
     end = ["--insecure", "--duration", "0.7", "--log", str(out)]
     haptic = ["haptic-side", "outer_corner", "--connect", f"127.0.0.1:{port}", *end]

@@ -23,7 +23,7 @@ from dual_proxy.panda import PandaModel
 class RobotBehindLink:
     """A MessageLink whose other side, and its arm, go on by a period a read."""
 
-    flags = 0
+    flags, reasons = 0, ""
 
     def __init__(self, scenario):
         self._arm = SimulatedPanda(scenario)
@@ -37,7 +37,7 @@ class RobotBehindLink:
         self._cycle = make_cycle(scenario, adapter, model)
         self._state = self._cycle.make_state(*make_seeds(scenario))
         self._message = dp.PoseMessage()
-        self.connected = lambda now: True
+        self.follows = lambda now: True
 
     def receive(self, now):
         reading, wrench = self._arm.look(), self._arm.wrench()

@@ -270,6 +270,7 @@ def test_trouble_is_told_when_it_begins_changes_and_ends():
         (5.0, ""),
     ):
         link.trouble = lambda _, trouble=trouble: trouble
+        link.reasons = trouble.partition(": ")[2]
         side._send(now, None, 0)
     assert [event.text for event in events.all] == [
         "no robot side for 2 s, connecting to a:1: its port",

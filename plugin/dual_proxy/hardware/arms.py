@@ -22,11 +22,13 @@ from numpy.typing import NDArray
 from dual_proxy._core import (
     DriverError,
     ExternalWrenchSensor,
+    FrankaLoadParams,
     FrankaRobotSideParams,
     SimulatedArm,
 )
+from dual_proxy.hardware.options import PANDA
 from dual_proxy.panda import PandaModel, p_SE_S
-from dual_proxy.scenario import Scenario
+from dual_proxy.scenario import Scenario, ScenarioError
 from dual_proxy.text import one_line
 
 __all__ = [
@@ -39,6 +41,7 @@ __all__ = [
     "PolledArm",
     "SimulatedPanda",
     "Wrench",
+    "make_franka_arm",
 ]
 
 Vector = NDArray[np.float64]
@@ -108,7 +111,7 @@ class Arm(Protocol):
         """Return what its own sensor, or its estimate, says: a Wrench."""
 
     def recover(self) -> None:
-        """Make it ready for `start` after an ArmFault. Raises ArmFault."""
+        """Make it ready for `run` after an ArmFault. Raises ArmFault."""
 
     def close(self) -> None:
         """Let go of it; may be called at any time."""
@@ -164,7 +167,7 @@ class _LibfrankaArm:
     _idle: Any
 
     def __init__(self, params: FrankaRobotSideParams, observe: bool = False) -> None:
-        self._params = params
+        self.params = params
         self._observe = observe
         # Of whose numbers only where E is counts.
         self._sensor = ExternalWrenchSensor(PandaModel(1e-3).arm_params, p_SE_S)
@@ -180,7 +183,7 @@ class _LibfrankaArm:
         """See Arm."""
         self._load()
         franka = self._franka
-        config, params = franka.RealtimeConfig, self._params
+        config, params = franka.RealtimeConfig, self.params
         load, collision = params.load, params.collision
         try:
             self._robot = franka.Robot(
@@ -243,7 +246,7 @@ class _LibfrankaArm:
 
     def _guard(self, call: Callable[[], Result]) -> Result:
         if self._robot is None:
-            raise ArmFault(f"arm at {self._params.host}: it is not open")
+            raise ArmFault(f"arm at {self.params.host}: it is not open")
         try:
             return call()
         except (RuntimeError, ValueError, self._error) as error:
@@ -255,7 +258,7 @@ class _LibfrankaArm:
 
     def _command(self, torque: Vector, last: bool) -> Any:
         if self._robot is None:
-            raise ArmFault(f"arm at {self._params.host}: it is not open")
+            raise ArmFault(f"arm at {self.params.host}: it is not open")
         if not np.isfinite(torque).all():
             raise ArmFault("a torque that is not finite")
         command = self._franka.Torques(torque.tolist())
@@ -354,6 +357,21 @@ class PandaArm(_LibfrankaArm):
                 raise own[0] from None
             raise
         return ended
+
+
+def make_franka_arm(
+    text: str, observe: bool = False, load: FrankaLoadParams | None = None
+) -> FrankaArm | PandaArm:
+    """Return the arm that `--arm` names: HOST, an FR3, or panda:HOST, an original
+    Panda, with a load. Raises ScenarioError."""
+    host = text.removeprefix(PANDA)
+    try:
+        params = FrankaRobotSideParams(
+            host=host, real_time=False, load=load or FrankaLoadParams()
+        )
+    except ValueError as error:
+        raise ScenarioError(f"--arm: {error}") from None
+    return (FrankaArm if host == text else PandaArm)(params, observe)
 
 
 class SimulatedPanda:

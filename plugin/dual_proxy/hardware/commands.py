@@ -15,14 +15,12 @@ import numpy as np
 from dual_proxy._core import (
     ForceTorqueAdapterParams,
     FrankaLoadParams,
-    FrankaRobotSideParams,
-    LinkFrame,
     OmegaDevice,
     OmegaDeviceParams,
     RdtSensor,
     make_hardware_defaults,
 )
-from dual_proxy.hardware.arms import FrankaArm, PandaArm, SimulatedPanda
+from dual_proxy.hardware.arms import PandaArm, SimulatedPanda, make_franka_arm
 from dual_proxy.hardware.devices import SimulatedHand
 from dual_proxy.hardware.grippers import (
     FRANKA_MODULE,
@@ -31,7 +29,7 @@ from dual_proxy.hardware.grippers import (
     SimulatedGripper,
 )
 from dual_proxy.hardware.haptic_side import HapticSideProcess
-from dual_proxy.hardware.options import OMEGA, PANDA, REPLAY, SIMULATED
+from dual_proxy.hardware.options import OMEGA, REPLAY, SIMULATED
 from dual_proxy.hardware.replayed import ReplayedHand, ReplayedSensor
 from dual_proxy.hardware.robot_side import RobotSideProcess
 from dual_proxy.hardware.sensors import make_rdt_sensor, rdt_host
@@ -65,18 +63,15 @@ def make_robot_side(
             "arm would not feel what it touches"
         )
     else:
-        original = options.arm.startswith(PANDA)
-        host = options.arm.removeprefix(PANDA)
         # Its centre of mass in the flange's frame: S is there, along the same axes.
         load = FrankaLoadParams(mass=tool_mass, com=scenario.sensor.tool_com)
-        try:
-            params = FrankaRobotSideParams(host=host, real_time=False, load=load)
-        except ValueError as error:
-            raise ScenarioError(f"--arm: {error}") from None
-        arm = PandaArm(params) if original else FrankaArm(params)
-        gripper = FrankaGripper(host, PANDA_MODULE if original else FRANKA_MODULE)
+        arm = make_franka_arm(options.arm, load=load)
+        original = isinstance(arm, PandaArm)
+        gripper = FrankaGripper(
+            arm.params.host, PANDA_MODULE if original else FRANKA_MODULE
+        )
         if not options.yes:
-            push_force = params.push_force
+            push_force = arm.params.push_force
         if own:
             # libfranka has taken the tool's weight out of its estimate.
             adapter = ForceTorqueAdapterParams(tare=True)
@@ -114,13 +109,7 @@ def make_haptic_side(
     log = _log(options, "haptic")
     link = _make_link("haptic", options, scenario)
     if kind == SIMULATED:
-
-        def may_move() -> bool:
-            return link.connected(time.monotonic()) and not (
-                link.flags & LinkFrame.HOLDING
-            )
-
-        device = SimulatedHand(scenario, may_move)
+        device = SimulatedHand(scenario, lambda: link.follows(time.monotonic()))
     elif kind == OMEGA:
         device = OmegaDevice(
             OmegaDeviceParams(
@@ -202,12 +191,13 @@ def _read_tool(path: Path) -> ForceTorqueAdapterParams:
 
 def _check_scheme(scenario: Scenario) -> None:
     """Raise ScenarioError where a real arm cannot have the scenario's scheme."""
+    if _reclutches(scenario, scenario.scheme):
+        return
     fit = [scheme for scheme in scenario.SCHEMES if _reclutches(scenario, scheme)]
-    if scenario.scheme not in fit:
-        raise ScenarioError(
-            f"scheme: expected one of {', '.join(fit)} on hardware, got "
-            f"{scenario.scheme}, whose robot goes to where the hand is"
-        )
+    raise ScenarioError(
+        f"scheme: expected one of {', '.join(fit)} on hardware, got "
+        f"{scenario.scheme}, whose robot goes to where the hand is"
+    )
 
 
 def _reclutches(scenario: Scenario, scheme: str) -> bool:

@@ -236,8 +236,8 @@ class HapticSideProcess(SideProcess):
 
     def _robot_follows(self, now: float) -> bool:
         """Take what came; return whether the robot is there, and does not hold."""
-        holds = bool(self._receive(now) & LinkFrame.HOLDING)
-        return self._link is not None and self._link.connected(now) and not holds
+        self._receive(now)
+        return self._link is not None and self._link.follows(now)
 
     def _write(
         self, log: SideLog, known: tuple[float, ...], handle: Any, wrench: Any

@@ -19,9 +19,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from dual_proxy._core import DriverError, FrankaRobotSideParams
-from dual_proxy.hardware.arms import ArmReading, FrankaArm, PandaArm, Wrench
-from dual_proxy.hardware.options import PANDA, SIMULATED
+from dual_proxy._core import DriverError
+from dual_proxy.hardware.arms import (
+    ArmReading,
+    FrankaArm,
+    PandaArm,
+    Wrench,
+    make_franka_arm,
+)
+from dual_proxy.hardware.options import SIMULATED
 from dual_proxy.hardware.sensors import make_rdt_sensor, rdt_host
 from dual_proxy.panda import Q_REST, PandaModel
 from dual_proxy.scenario import ScenarioError
@@ -262,13 +268,7 @@ def make_pose_recorder(options: argparse.Namespace) -> PoseRecorder:
         host = None if options.sensor == "own" else rdt_host(options.sensor, _OF_TOY)
     else:
         host = rdt_host(options.sensor, _OF_ARM)
-        name = options.arm.removeprefix(PANDA)
-        try:
-            params = FrankaRobotSideParams(host=name, real_time=False)
-        except ValueError as error:
-            raise ScenarioError(f"--arm: {error}") from None
-        kind = FrankaArm if name == options.arm else PandaArm
-        arm = kind(params, observe=True)
+        arm = make_franka_arm(options.arm, observe=True)
     # Before anything is connected to.
     if options.out.exists():
         raise ScenarioError(f"--out {options.out}: File exists")

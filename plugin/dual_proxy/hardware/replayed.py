@@ -31,7 +31,7 @@ from dual_proxy.hardware.side_log import read_side_log
 __all__ = ["ReplayedHand", "ReplayedSensor"]
 
 
-class _Tape:
+class _Replayed:
     """A log's cycles, by the time since it was first looked at."""
 
     def __init__(self, path: Path, side: str, columns: Sequence[str]) -> None:
@@ -45,7 +45,8 @@ class _Tape:
         self._is_open = False
 
     def open(self) -> None:
-        """Go on, as what was closed meanwhile did, too. Raises DriverError."""
+        """Go on, as what was closed meanwhile did, too. Raises DriverError once the
+        log has ended."""
         if fault := self.fault:
             raise DriverError(fault)
         self._is_open = True
@@ -60,7 +61,7 @@ class _Tape:
         ended = time.monotonic() - self._shift > self._times[-1]
         return f"{self._path}: the log has ended" if ended else ""
 
-    def look(self) -> tuple[NDArray[np.float64], float] | None:
+    def _look(self) -> tuple[NDArray[np.float64], float] | None:
         """Return the newest cycle, and what its times are to be shifted by, s."""
         if not self._is_open:
             return None
@@ -71,8 +72,8 @@ class _Tape:
         return self._rows[max(past - 1, 0)], self._shift
 
 
-class ReplayedHand:
-    """The device, and the hand that held it, of a haptic side's log.
+class ReplayedHand(_Replayed):
+    """The device, and the hand that held it, of a haptic side's log: a HapticDevice.
 
     Parameters
     ----------
@@ -85,15 +86,11 @@ class ReplayedHand:
     """
 
     def __init__(self, path: Path) -> None:
-        self._tape = _Tape(path, "haptic", HAPTIC_COLUMNS)
-
-    def open(self) -> None:
-        """See HapticDevice; raises DriverError once the log has ended."""
-        self._tape.open()
+        super().__init__(path, "haptic", HAPTIC_COLUMNS)
 
     def read(self) -> SimulatedHandle:
         """See HapticDevice."""
-        found = self._tape.look()
+        found = self._look()
         if found is None:
             return SimulatedHandle(-math.inf, False, Pose(), np.zeros(6))
         row, shift = found
@@ -103,17 +100,8 @@ class ReplayedHand:
     def write(self, wrench: Any, gripper_force: float = 0.0) -> None:
         """See HapticDevice; there is no hand to feel it."""
 
-    def close(self) -> None:
-        """See HapticDevice."""
-        self._tape.close()
 
-    @property
-    def fault(self) -> str:
-        """See HapticDevice."""
-        return self._tape.fault
-
-
-class ReplayedSensor:
+class ReplayedSensor(_Replayed):
     """The force sensor of a robot side's log, also one that was the arm's own.
 
     Not for a real arm: it would feel what it does not touch, and not what it does.
@@ -129,26 +117,13 @@ class ReplayedSensor:
     """
 
     def __init__(self, path: Path) -> None:
-        self._tape = _Tape(path, "robot", ROBOT_COLUMNS)
-
-    def open(self) -> None:
-        """Begin to give readings. Raises DriverError once the log has ended."""
-        self._tape.open()
+        super().__init__(path, "robot", ROBOT_COLUMNS)
 
     def read(self) -> Wrench:
         """Return the newest reading, at once."""
-        found = self._tape.look()
+        found = self._look()
         if found is None:
             return Wrench()
         row, shift = found
         wrench = wrench_of(row)
         return replace(wrench, time=wrench.time + shift)
-
-    def close(self) -> None:
-        """Give no readings any more."""
-        self._tape.close()
-
-    @property
-    def fault(self) -> str:
-        """What is wrong with it, in one line; "": nothing."""
-        return self._tape.fault

@@ -271,8 +271,7 @@ class RobotSideProcess(SideProcess):
     def _take_push(self, now: float) -> None:
         """See whether somebody has pushed, and which way the force was."""
         state, push = self.state, self._push
-        fresh = now - state.sensor_time <= self._max_sensor_age
-        if push is None or not fresh or not state.sensor.ready:
+        if push is None or not self._hears_sensor(now) or not state.sensor.ready:
             return
         if self._push_until == math.inf:
             self._push_until = now + self._push_time
@@ -350,7 +349,7 @@ class RobotSideProcess(SideProcess):
             self._send(now, state.message, LinkFrame.HOLDING if hold != "none" else 0)
             if hold != self._hold and now >= self._hold_told + _RETELL_HOLD:
                 self._hold, self._hold_told = hold, now
-                self._tell_hold(hold)
+                self._tell_hold(now, hold)
             if self._gripper is not None:
                 self._serve_gripper(self._gripper)
             if self._log is not None:
@@ -360,15 +359,17 @@ class RobotSideProcess(SideProcess):
                 self.on_cycle(now, reading, wrench)
             self.work.add(time.monotonic() - now)
 
-    def _tell_hold(self, hold: str) -> None:
+    def _hears_sensor(self, now: float) -> bool:
+        return bool(now - self.state.sensor_time <= self._max_sensor_age)
+
+    def _tell_hold(self, now: float, hold: str) -> None:
         if hold != "no_sensor":
             self.events.add("follow" if hold == "none" else "hold", _HOLDS[hold])
             return
         text = "no force sensor to rely on"
-        fresh = self.state.sensor_time >= time.monotonic() - self._max_sensor_age
         if fault := getattr(self._sensor, "fault", ""):
             text = f"{text} ({fault})"
-        elif fresh and not self.state.sensor.ready:
+        elif self._hears_sensor(now) and not self.state.sensor.ready:
             text = "the sensor's bias is not known yet"
         self.events.add("hold", f"{text}: it holds its place")
 

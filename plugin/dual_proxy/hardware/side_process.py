@@ -85,10 +85,7 @@ class SideProcess:
         if self._link is None:
             return
         self._link.send(now, message, flags)
-        trouble = self._link.trouble(now)
-        # What comes before them counts seconds.
-        counts = trouble.startswith("no ")
-        reasons = trouble.partition(": ")[2] if counts else trouble
+        trouble, reasons = self._link.trouble(now), self._link.reasons
         if reasons == self._reasons:
             return
         if reasons and self._reasons and now < self._told + _RETELL:

@@ -22,6 +22,7 @@ from dual_proxy._core import (
     ForceMessage,
     LinkEnd,
     LinkEndParams,
+    LinkFrame,
     LinkMonitorParams,
     Message,
     PoseMessage,
@@ -85,6 +86,8 @@ class MessageLink:
         self._looked = -1.0e300
         self._trouble = ""
         self._said = ""
+        self.reasons = ""
+        """Why there is trouble; "": there is none."""
         self._came: dict[str, int] = {}
         self._unproven = b""
         self._untold = (0, 0.0)
@@ -145,16 +148,21 @@ class MessageLink:
         is made of the same."""
         return self._end.is_connected(time, self._state) and self._agrees()
 
+    def follows(self, time: float) -> bool:
+        """Return whether the other side is there, as `connected`, and does not hold."""
+        return self.connected(time) and not self.flags & LinkFrame.HOLDING
+
     def trouble(self, time: float) -> str:
         """Return what is wrong, in one line, with likely reasons: after 2 s without
         the other side, or with two of them; at once if it is made of something else.
         Nothing: "".
 
-        May be asked in every period: it looks twice a second.
+        May be asked in every period: it looks twice a second. `reasons` is then the
+        same without what counts seconds.
         """
         if self._end.is_connected(time, self._state):
             self._alone_since = None
-            self._said = self._look_at_peer(time)
+            self._said = self.reasons = self._look_at_peer(time)
         else:
             self._said = self._look_for_peer(time)
         return self._said
@@ -206,6 +214,7 @@ class MessageLink:
         waited = time - self._alone_since
         if waited < PATIENCE:
             return self._said
+        self.reasons = self._trouble
         return (
             f"no {self._other} side for {waited:.0f} s, "
             f"{self._transport.address_text()}: {self._trouble}"
