@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from free_port import free_port
 
 import dual_proxy as dp
 from dual_proxy.cli import main
@@ -113,6 +114,25 @@ def test_a_tool_that_cannot_be(tmp_path, capsys, text, wanted):
     command[-1] = "/dev/zero"
     assert main(command) == 2
     assert "/dev/zero: expected a file" in capsys.readouterr().err
+
+
+def test_the_arm_is_told_the_tool_of_the_file(tmp_path, monkeypatch):
+    pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
+    tool = tmp_path / "tool.yaml"
+    tool.write_text("{tool_mass: 0.7, tool_com: [0.01, -0.02, 0.06]}")
+    loads = []
+
+    def note(self):
+        loads.append(self.params.load)
+        raise dp.DriverError("that is all")
+
+    monkeypatch.setattr(FrankaArm, "open", note)
+    command = ["robot-side", "plane", "--arm", "arm.lab", "--insecure", "--yes"]
+    command += ["--listen", f"127.0.0.1:{free_port()}", "--tool", str(tool)]
+    assert main(command) == 3
+    (load,) = loads
+    assert load.mass == 0.7
+    assert load.com.tolist() == [0.01, -0.02, 0.06]
 
 
 @pytest.mark.parametrize("side", ["robot", "haptic"])

@@ -64,7 +64,8 @@ def make_robot_side(
         )
     else:
         # Its centre of mass in the flange's frame: S is there, along the same axes.
-        load = FrankaLoadParams(mass=tool_mass, com=scenario.sensor.tool_com)
+        com = adapter.tool_com if adapter else scenario.sensor.tool_com
+        load = FrankaLoadParams(mass=tool_mass, com=com)
         arm = make_franka_arm(options.arm, load=load)
         original = isinstance(arm, PandaArm)
         gripper = FrankaGripper(
