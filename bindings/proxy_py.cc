@@ -230,6 +230,10 @@ void BindRobotSideProxy(py::module_& m) {
                     "(6,) [linear; angular], m/s, rad/s.")
       .def_readonly("proxy_acceleration", &O::proxy_acceleration,
                     "(6,) [linear; angular], m/s^2, rad/s^2.")
+      .def_readonly("force_selection", &O::force_selection,
+                    "(3, 3), of the inputs', what dx_m and F_r go by: for the "
+                    "controller.")
+      .def_readonly("moment_selection", &O::moment_selection, "Likewise.")
       .def_readonly("link_status", &O::link_status, "LinkStatus.")
       .def_readonly("link_age", &O::link_age, "s.");
   using S = RobotSideProxyState;

@@ -69,11 +69,11 @@ for source, target, ports in (
     (device, hand, "device_pose device_velocity"),
     (hand, device, "device_wrench"),
     (hand, proxy, "message:haptic_message"),
-    (proxy, robot, "motion_error reference_force"),
+    (proxy, robot, "motion_error reference_force force_selection"),
     (robot, proxy, "pose:robot_pose"),
     (robot, split, "forces:u0"),
     (split, finder, "y0:sensed_force y1:velocity y2:motion_force y3:contact_force"),
-    *((finder, system, "force_selection") for system in (robot, proxy, sender)),
+    *((finder, system, "force_selection") for system in (proxy, sender)),
     (robot, sender, "pose"),
     (sender, hand, "message:robot_message"),
 ):

@@ -1650,6 +1650,11 @@ class RobotSideProxyOutput:
     def __deepcopy__(self, memo: dict) -> RobotSideProxyOutput:
         ...
     @property
+    def force_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3), of the inputs', what dx_m and F_r go by: for the controller.
+        """
+    @property
     def link_age(self) -> float:
         """
         s.
@@ -1658,6 +1663,11 @@ class RobotSideProxyOutput:
     def link_status(self) -> LinkStatus:
         """
         LinkStatus.
+        """
+    @property
+    def moment_selection(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        Likewise.
         """
     @property
     def motion_error(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -2146,7 +2156,7 @@ class ForceSpaceParticleFilterParams:
     """
     __fields__: typing.ClassVar[list]
     __hash__: typing.ClassVar[None] = None
-    fields: typing.ClassVar[dict] = {'num_particles': 'in [2, 100000]: n_p; the cost of an update is proportional to it, default 1000', 'period': 's, > 0: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.0666667', 'likelihood': 'one of "paper", "friction_cone": eq. (6) to (8), or contacts with friction, default "friction_cone"', 'scatter_mean': 'in [-1, 1]: alpha of the scatter N(alpha, Sigma): mean per axis and update, default 0', 'scatter_std': 'in [0, 1]: Sigma of the scatter: standard deviation per axis and update; larger follows a turning normal faster, but spreads more, default 0.025', 'update_thresholds': 'ForceSpaceParticleFilterThresholds: weigh the tentative particle, which decides how many are added', 'resampling_thresholds': 'ForceSpaceParticleFilterThresholds: weigh every particle when resampling', 'alpha_add': 'in (0, 1): share of the largest singular value above which a direction is added, default 0.5', 'alpha_remove': 'in (0, alpha_add]: share of it below which a direction is removed, default 0.1', 'dimension_rule': 'one of "clamped", "printed": of Algorithm 3: as printed, a dimension that has to change goes to the farther bound, default "clamped"', 'epsilon': 'in [1e-12, 0.1]: vectors no longer than this count as zero (N for the commands), default 1e-06', 'prior_particles': 'in [0, 100000]: that each prior normal adds to an update, default 50', 'prior_std': 'rad, in (0, pi]: how sure a prior is for which nothing else is said, standard deviation per axis, default 0.1', 'friction_cone': 'FrictionConeParams: of likelihood "friction_cone", which uses nothing else but num_particles, period, epsilon and prior_std'}
+    fields: typing.ClassVar[dict] = {'num_particles': 'in [2, 100000]: n_p; the cost of an update is proportional to it, default 1000', 'period': 's, in (0, 1e+11]: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.0666667', 'likelihood': 'one of "paper", "friction_cone": eq. (6) to (8), or contacts with friction, default "friction_cone"', 'scatter_mean': 'in [-1, 1]: alpha of the scatter N(alpha, Sigma): mean per axis and update, default 0', 'scatter_std': 'in [0, 1]: Sigma of the scatter: standard deviation per axis and update; larger follows a turning normal faster, but spreads more, default 0.025', 'update_thresholds': 'ForceSpaceParticleFilterThresholds: weigh the tentative particle, which decides how many are added', 'resampling_thresholds': 'ForceSpaceParticleFilterThresholds: weigh every particle when resampling', 'alpha_add': 'in (0, 1): share of the largest singular value above which a direction is added, default 0.5', 'alpha_remove': 'in (0, alpha_add]: share of it below which a direction is removed, default 0.1', 'dimension_rule': 'one of "clamped", "printed": of Algorithm 3: as printed, a dimension that has to change goes to the farther bound, default "clamped"', 'epsilon': 'in [1e-12, 0.1]: vectors no longer than this count as zero (N for the commands), default 1e-06', 'prior_particles': 'in [0, 100000]: that each prior normal adds to an update, default 50', 'prior_std': 'rad, in (0, pi]: how sure a prior is for which nothing else is said, standard deviation per axis, default 0.1', 'friction_cone': 'FrictionConeParams: of likelihood "friction_cone", which uses nothing else but num_particles, period, epsilon and prior_std'}
     def __copy__(self) -> ForceSpaceParticleFilterParams:
         ...
     def __deepcopy__(self, memo: dict) -> ForceSpaceParticleFilterParams:
@@ -2227,7 +2237,7 @@ class ForceSpaceParticleFilterParams:
     @property
     def period(self) -> float:
         """
-        s, > 0: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.0666667
+        s, in (0, 1e+11]: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.0666667
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:
@@ -6289,7 +6299,7 @@ class AngularFilterParams:
     @property
     def period(self) -> float:
         """
-        s, > 0: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.01
+        s, in (0, 1e+11]: between updates; the caller keeps it; scatter, resampling and added particles of the printed method are per update, default 0.01
         """
     @period.setter
     def period(self, arg1: typing.Any) -> None:

@@ -60,6 +60,10 @@ class RobotSideProxyBlock final
     ports->PutVector(
         {"proxy_acceleration", "[linear; angular], m/s^2, rad/s^2"},
         output.proxy_acceleration);
+    ports->PutMatrix({"force_selection",
+                      "of the input's, what to go by: for the controller"},
+                     output.force_selection);
+    ports->PutMatrix({"moment_selection", "likewise"}, output.moment_selection);
   }
 
   RobotSideProxy proxy_;

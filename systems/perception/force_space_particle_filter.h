@@ -9,6 +9,7 @@
 #include "dual_proxy/common/enum_strings.h"
 #include "dual_proxy/common/instruction_set.h"
 #include "dual_proxy/common/normal_stream.h"
+#include "dual_proxy/common/possible.h"
 #include "dual_proxy/common/random.h"
 #include "dual_proxy/common/serialize.h"
 #include "dual_proxy/common/workspace.h"
@@ -98,7 +99,7 @@ struct ForceSpaceParticleFilterParams {
   void Serialize(Archive* a) {
     a->Visit(Field("num_particles", &num_particles, Between(2, kMaxParticles),
                    "", "n_p; the cost of an update is proportional to it"));
-    a->Visit(Field("period", &period, Above(0), "s",
+    a->Visit(Field("period", &period, Between(Open(0), kMaxTime), "s",
                    "between updates; the caller keeps it; scatter, resampling "
                    "and added particles of the printed method are per update"));
     VisitEnum(a, "ForceSpaceParticleFilterParams", "likelihood", &likelihood,

@@ -268,6 +268,8 @@ void RobotSideProxy::Update(double time, const RobotSideProxyInput& input,
                         active, &state->moment);
   output.reference_force = state->force.reference;
   output.reference_moment = state->moment.reference;
+  output.force_selection = Omega_f;
+  output.moment_selection = Omega_tau;
 
   output.motion_error =
       SaturateUnlessZero(dx - Omega_f * dx, params_.max_motion_error);

@@ -133,6 +133,9 @@ struct RobotSideProxyOutput {
   Eigen::Vector3d rotation_error{Eigen::Vector3d::Zero()};
   Eigen::Vector3d reference_force{Eigen::Vector3d::Zero()};   ///< F_r, N.
   Eigen::Vector3d reference_moment{Eigen::Vector3d::Zero()};  ///< M_r, N m.
+  /// What of the inputs' selections dx_m and F_r go by: for the controller.
+  Eigen::Matrix3d force_selection{Eigen::Matrix3d::Zero()};
+  Eigen::Matrix3d moment_selection{Eigen::Matrix3d::Zero()};
   Pose proxy_pose;  ///< The limited robot proxy x_pr, R_pr.
   /// Of the limited proxy, [linear m/s; angular rad/s].
   Eigen::Matrix<double, 6, 1> proxy_velocity{

@@ -57,6 +57,16 @@ def test_nothing_is_left_of_a_run_that_did_not_begin(tmp_path):
     assert not log.exists()
 
 
+def test_gains_that_an_arm_does_not_get_are_told_before_it_starts():
+    side = robot_side()
+    told = []
+    side._confirm = lambda _: told.extend(side.events.all)
+    assert not side.run(1)
+    assert [event.text.split(",")[0] for event in told if event.kind == "gains"] == [
+        "controller.force_gain 0.5 in place of the scenario's 1"
+    ]
+
+
 def test_an_arm_that_stops_while_it_ends_is_not_started_again():
     side = robot_side()
 

@@ -498,7 +498,7 @@ TEST(ForceSpaceParticleFilterParamsTest, ErrorsNameFieldRangeAndValue) {
   EXPECT_EQ(error([](Params* p) { p->num_particles = 1; }),
             who + "`num_particles` expected a number in [2, 100000], got 1");
   EXPECT_EQ(error([](Params* p) { p->period = 0; }),
-            who + "`period` expected a finite value > 0, got 0");
+            who + "`period` expected a number in (0, 1e+11], got 0");
   EXPECT_EQ(error([](Params* p) { p->scatter_mean = 2; }),
             who + "`scatter_mean` expected a number in [-1, 1], got 2");
   EXPECT_EQ(error([](Params* p) { p->scatter_std = kNan; }),

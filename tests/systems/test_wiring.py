@@ -128,7 +128,7 @@ class Separate:
         for system in (proxy, controller):
             connect(sensor, "sensed_wrench", system, "sensed_wrench")
             connect(sensor, "ready", system, "sensor_ready")
-        for system in (proxy, controller, sender):
+        for system in (proxy, sender):
             connect(particle_filter, "force_selection", system, "force_selection")
         connect(particle_filter, "contact_normals", sender, "contact_normals")
         for name in (
@@ -138,6 +138,7 @@ class Separate:
             "reference_moment",
             "proxy_velocity",
             "proxy_acceleration",
+            "force_selection",
         ):
             connect(proxy, name, controller, name)
         for name, port in (

@@ -150,6 +150,7 @@ class RobotSideProcess(SideProcess):
         super().__init__("robot", link, events, log, config, ROBOT_COLUMNS)
         self._limits = scenario.controller.joint_limits
         self._max_sensor_age = scenario.robot_side_params().max_sensor_age
+        self._lowered = _lowered_gains(scenario)
         self._model = PandaModel(mass, scenario.scene.gravity)
         self._cycle = make_cycle(scenario, adapter, self._model)
         self._seeds = make_seeds(scenario)
@@ -215,6 +216,8 @@ class RobotSideProcess(SideProcess):
                 "refused", f"joint {outside[0]} is beyond its limits; guide it back"
             )
             return False
+        if self._lowered:
+            self.events.add("gains", self._lowered)
         p = self._model.calc(reading.q, np.zeros(7)).p_BE
         push = self._push_force
         then = "" if push is None else f"It then waits for a push of {push:g} N. "
@@ -418,6 +421,18 @@ class RobotSideProcess(SideProcess):
                     "link_age": side.link.age,
                 },
             )
+
+
+def _lowered_gains(scenario: Scenario) -> str:
+    """Return which gains an arm has that the scenario has not, in one line."""
+    asked = scenario.robot_side_params()
+    has = make_hardware_defaults(asked)
+    return ", ".join(
+        f"controller.{name} {here:g} in place of the scenario's {there:g}"
+        for name in ("force_gain", "moment_gain")
+        if (here := getattr(has.controller, name))
+        != (there := getattr(asked.controller, name))
+    )
 
 
 def _plain(params: Any) -> dict[str, Any]:

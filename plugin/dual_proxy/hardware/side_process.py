@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dual_proxy._core import CycleStatistics, DriverError, PoseMessage
+from dual_proxy._core import CycleStatistics, PoseMessage
 from dual_proxy.hardware.events import Events
 from dual_proxy.hardware.side_log import SideLog
 from dual_proxy.link import SIDES
@@ -55,8 +55,6 @@ class SideProcess:
         self._log_fault = ""
         self._make_log: Callable[[], SideLog] | None = None
         if log is not None:
-            if log.exists():
-                raise DriverError(f"log {log}: File exists")
             self._make_log = lambda: SideLog(log, side, config, columns)
 
     def stop(self) -> None:

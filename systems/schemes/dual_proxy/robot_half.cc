@@ -44,8 +44,8 @@ void DualProxyRobotHalf::Update(double time, const RobotHalfInput& input,
                      .acceleration = proxy.proxy_acceleration,
                      .reference_force = proxy.reference_force,
                      .reference_moment = proxy.reference_moment,
-                     .force_selection = input.force_selection,
-                     .moment_selection = input.moment_selection};
+                     .force_selection = proxy.force_selection,
+                     .moment_selection = proxy.moment_selection};
   output.proxy_pose = proxy.proxy_pose;
   output.message = ToMessage(
       sender_.Update(time,

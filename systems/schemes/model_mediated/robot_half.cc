@@ -116,8 +116,8 @@ void ModelMediatedRobotHalf::Update(double time, const RobotHalfInput& input,
                      .acceleration = proxy.proxy_acceleration,
                      .reference_force = state->force.reference,
                      .reference_moment = proxy.reference_moment,
-                     .force_selection = input.force_selection,
-                     .moment_selection = input.moment_selection};
+                     .force_selection = proxy.force_selection,
+                     .moment_selection = proxy.moment_selection};
   output.proxy_pose = proxy.proxy_pose;
   const SurfaceEstimatorState& surface = state->surface;
   const Pose point{.p = input.X_BE.p - surface.depth * surface.normal};
