@@ -219,6 +219,15 @@ def test_cases_shrink_to_what_they_need():
     assert set(after.case.factors) < set(case.factors)
 
 
+def test_the_dual_proxy_passes_the_first_cases():
+    bench = a_bench()
+    first = [bench.draw(number) for number in range(60)]
+    own = [(case, "bare") for case in first if case.scheme == "dual_proxy"]
+    outcomes = bench.run(own)
+    assert len(outcomes) > 25
+    assert [o.command for o in outcomes if not o.stable and not o.refused] == []
+
+
 def an_outcome(case, engine="bare", safety=(), stability=(), **others):
     verdict = Verdict(list(safety), list(stability))
     return Outcome(case, engine, "", "", verdict, {}, **others)
@@ -252,13 +261,38 @@ def test_cases_shrink_in_the_engine_in_which_they_failed(monkeypatch):
     # It has its own row beside one of the other engine.
     both = [after, after._replace(engine="bare")]
     assert [
-        row.split(" | ")[1] for row in command._failures(both).splitlines()[2:]
+        row.split(" | ")[2] for row in command._failures(both).splitlines()[2:]
     ] == [*("drake", "bare")]
     regions = command._regions(both).splitlines()
     assert regions[2].startswith("| all | 1 | 0 | 100 % of 1 | 0 % of 1 |")
     assert regions[-1].startswith(
         "| some of all, again in Drake | 1 | 0 | 100 % of 1 |"
     )
+
+
+def test_what_is_shrunk_breaks_the_same_limits(monkeypatch):
+    """Without its delay the case breaks one of them, and less of it."""
+    fast = "joint 3 speed 45.2 rad/s at 7 s (limit 2.61)"
+    beyond = "joint 4 position -2.2 rad at 7 s (limit -0.07)"
+
+    def run(self, pairs):
+        return [
+            an_outcome(
+                case,
+                safety=[fast, beyond]
+                if "delay" in case.factors
+                else ["joint 1 speed 2.3 rad/s at 7 s (limit 2.175)"],
+            )
+            for case, _ in pairs
+        ]
+
+    monkeypatch.setattr(Bench, "run", run)
+    case = cases.Case(7, "plane", "tdpa", 7, {"delay": {}, "dead link": {}})
+    bench = a_bench()
+    (before,) = bench.run([(case, "bare")])
+    assert before.verdict.limits == ["joint speed", "joint position"]
+    (after,) = bench.shrink([before])
+    assert after.factors == "delay"
 
 
 def test_of_each_block_one_that_drake_can_simulate_is_run_in_it():
@@ -369,12 +403,13 @@ def test_runs_that_are_not_there_are_no_failures(monkeypatch, tmp_path, capsys):
     assert failures == []
     assert len(not_made) == 4
     assert "ended with exit code -9" in not_made[0]
+    assert "| not made: the process" in tables["day"]
     head, _, row, *_ = tables["regions"].splitlines()
     assert head.endswith(" | not made |")
     assert row == "| all | 3 | 0 | - | - | - | - | 3 |"
     monkeypatch.setattr(command, "QUICK", plan)
     arguments = ["stress", "--quick", "--jobs", "2", "--out", str(tmp_path)]
-    assert main(arguments) == 3
+    assert main(arguments) == 4
     assert "error: 4 runs could not be made, the first " in capsys.readouterr().err
     # They are made the next time.
     monkeypatch.undo()
@@ -387,7 +422,7 @@ def test_stress_goes_on_where_it_was(tmp_path, capsys):
     plan = Plan(cases=12, drake_every=0, map_steps=0, hours=0.01)
     lines = []
     tables = stress(plan, 0, tmp_path, 2, progress=lines.append).tables
-    assert tables["regions"].startswith("| factor |")
+    assert tables["regions"].startswith("| of | cases |")
     again = []
     assert stress(plan, 0, tmp_path, 2, progress=again.append).tables == tables
     assert "there already" in again[0]
@@ -521,14 +556,20 @@ def make_up(monkeypatch, is_stable):
         (lambda k: k < 2e3 or 4e3 < k < 1.5e4, "1e2 - 1.9e3 (1 of 2)"),
         (lambda k: 9e3 < k < 11e3, "9.4e3 - 1e4"),
         (lambda k: "it died" if 2e4 < k < 4e4 else True, "not made"),
+        # At the grid's 1e5 by chance: the edge is ragged.
+        (lambda k: k < 3.5e4 or 0.9e5 < k < 1.1e5, "1e2 - 3.1e4 (1 of 2)"),
+        (
+            lambda k: k < 8e3 or 1.2e4 < k < 2e4 or 9.9e3 < k < 10.1e3,
+            "1e2 - 7.9e3 (1 of 3)",
+        ),
     ],
 )
 def test_a_cell_is_the_widest_range(monkeypatch, is_stable, text):
     names = make_up(monkeypatch, is_stable)
     found = ranges("sensor delay", rows=["dual_proxy"], steps=5)
     assert {maps.cell_text(cell) for cell in found} == {text}
-    # Nine on the grid, then the ends that are within.
-    assert len(names) <= len(found) * (9 + 2 * 5)
+    # Nine on the grid, the ends that are within, and twice what is inside of them.
+    assert len(names) <= len(found) * (9 + 2 * 5 + 2 * 2 * 6)
 
 
 def test_a_static_offset_is_not_unstable():
@@ -554,7 +595,8 @@ def test_a_map_is_the_same_when_a_worker_dies(monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [
-        (["--cases", "0"], "cases: expected at least 1, got 0"),
+        (["--cases", "0"], "cases: expected 1 to 100000, got 0"),
+        (["--cases", "100001"], "cases: expected 1 to 100000, got 100001"),
         (["--first", "-1"], "first: expected at least 0, got -1"),
         (["--case", "-1"], "case: expected at least 0, got -1"),
         (["--jobs", "0"], "jobs: expected at least 1, got 0"),

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from dual_proxy.bench.pages import check_page, fill_page, markdown_table
 from dual_proxy.log import replace_file
 from dual_proxy.many_runs import Job, Result, RunsFolder, count_workers, run_many
-from dual_proxy.scenario import Scenario, ScenarioError
+from dual_proxy.scenario import SCHEMES, Scenario, ScenarioError
 from dual_proxy.stress.cases import (
     FACTORS,
     SCENES,
@@ -40,6 +40,8 @@ PAGE_MARKS = tuple(
 )
 
 _OWN = "dual_proxy"
+#: Each is drawn before the first is run.
+_MOST_CASES = 100_000
 #: In place of the names of factors, if there are none.
 NOTHING = "nothing"
 
@@ -198,8 +200,8 @@ class Bench:
         outcomes : sequence of Outcome
             Failed ones.
         kinds : sequence of str, optional
-            Of each, what is to stay wrong (`Verdict.kinds`); by default what was not
-            safe stays so, what was safe stays not stable.
+            Of each, what is to stay wrong (`Verdict.kinds`); by default each limit
+            that was broken, or, of what was safe, each kind.
         """
         shrunk = list(outcomes)
         open_ones = [place for place, o in enumerate(shrunk) if o.case.factors]
@@ -227,7 +229,11 @@ class Bench:
 
 
 def _is_as_bad(outcome: Outcome, before: Outcome) -> bool:
-    return not outcome.stable if before.safe else not outcome.safe
+    if before.failure:
+        return bool(outcome.failure)
+    if before.safe:
+        return set(before.verdict.kinds) <= set(outcome.verdict.kinds)
+    return set(before.verdict.limits) <= set(outcome.verdict.limits)
 
 
 def _outcome(case: Case, job: Job, result: Result) -> Outcome:
@@ -306,8 +312,10 @@ def stress(
     KeyboardInterrupt, OSError
         As for `run_many`.
     """
-    if plan.cases < 1:
-        raise ScenarioError(f"cases: expected at least 1, got {plan.cases}")
+    if not 1 <= plan.cases <= _MOST_CASES:
+        raise ScenarioError(
+            f"cases: expected 1 to {_MOST_CASES}, got {plan.cases} (--first N: others)"
+        )
     if first < 0:
         raise ScenarioError(f"first: expected at least 0, got {first}")
     alone = cluster is None and count_workers(jobs) == 1
@@ -507,15 +515,23 @@ def _size(outcome: Outcome) -> tuple[int, int]:
 
 
 def _regions(outcomes: Sequence[Outcome]) -> str:
-    """How many passed, by factor; in Drake beside that."""
+    """How many passed, by factor, scene and scheme; in Drake beside that."""
     bare = [outcome for outcome in outcomes if outcome.engine == "bare"]
     groups = {
         "all": bare,
         NOTHING: [outcome for outcome in bare if not outcome.case.factors],
         **{name: [o for o in bare if name in o.case.factors] for name in FACTORS},
+        **{
+            f"scene {name}": [o for o in bare if o.case.scene == name]
+            for name in SCENES
+        },
+        **{
+            f"scheme {name}": [o for o in bare if o.case.scheme == name]
+            for name in SCHEMES
+        },
         "some of all, again in Drake": [o for o in outcomes if o.engine == "drake"],
     }
-    head = ["factor", "cases", "refused", "dual proxy: safe", "and stable"]
+    head = ["of", "cases", "refused", "dual proxy: safe", "and stable"]
     head += ["other schemes: safe", "and stable"]
     has_gaps = any(outcome.not_made for outcome in outcomes)
     rows = []
@@ -545,13 +561,15 @@ def _failures(failures: Sequence[Outcome]) -> str:
     kinds: dict[tuple[str, ...], list[Outcome]] = {}
     for outcome in failures:
         what = "stability" if outcome.safe else "safety"
-        key = (outcome.case.scheme, outcome.engine, what, outcome.factors)
+        case = outcome.case
+        key = (case.scheme, case.scene, outcome.engine, what, outcome.factors)
         kinds.setdefault(key, []).append(outcome)
     rows = [
         [*kind, str(len(group)), *_example_cells(group[0])]
         for kind, group in sorted(kinds.items(), key=lambda item: -len(item[1]))
     ]
-    head = ["scheme", "engine", "what", "fewest factors", "cases", "the first"]
+    head = ["scheme", "scene", "engine", "what", "fewest factors", "cases"]
+    head += ["the first"]
     head += ["to repeat it"]
     return markdown_table(head, rows or [["-"] * len(head)])
 
@@ -588,7 +606,7 @@ def _day(day: Outcome, plan: Plan) -> str:
         [
             [
                 f"{plan.hours:g}",
-                day.refused or day.wrong or "nothing",
+                day.refused or day.not_made or day.wrong or "nothing",
                 *("-" if value is None else f"{value:.3g}" for value in values),
             ]
         ],

@@ -23,6 +23,11 @@ Overrides = dict[str, Any]
 # Of the bisection of each end of a range, which lies between two values of the
 # grid: each step halves what is between them, on a logarithmic scale.
 _STEPS = 4
+# Tried at equal ratios from a range's end to what is half or twice of that, where edges
+# are ragged; and how often, as it may end there.
+_CHECKS = 6
+_INSIDE = range(1, 1 + _CHECKS)
+_ROUNDS = 3
 # s: the hand rests longer where a link is late.
 _REST_WITH_LINK = 16.0
 
@@ -142,7 +147,7 @@ class Cell(NamedTuple):
     high: float
     """Of the widest range, what is stable and furthest apart; 0 if nothing is."""
     ranges: int
-    """How many there are on the grid."""
+    """How many there are of what was tried."""
     why: str
     """What is wrong where it ends, or begins."""
     not_made: str
@@ -168,7 +173,8 @@ def find_ranges(
     The tool of scene `plane` presses and stays; stable is what breaks no limit and
     comes to rest (`judge`, `swings`). What a scenario's checks refuse is not. All
     cells are looked at on the grid first, then both ends of the widest range are
-    halved, those of all cells at the same time.
+    halved, those of all cells at the same time. Then the inside of each end is tried up
+    to half (twice) of it: what is not stable there ends the range.
 
     Parameters
     ----------
@@ -209,33 +215,42 @@ def find_ranges(
 
     on_grid = [(point, x) for point in points for x in MAPS[point[0]].scan.grid]
     found: dict[_Point, list[tuple[float, _Tried]]] = {point: [] for point in points}
-    for (point, x), what in zip(on_grid, try_all(on_grid), strict=True):
-        found[point].append((x, what))
-    widest = {point: _widest(values) for point, values in found.items()}
+
+    def look(asked: Sequence[tuple[_Point, float]]) -> list[_Tried]:
+        """Try and keep what came of it."""
+        tried = try_all(asked)
+        for (point, x), what in zip(asked, tried, strict=True):
+            found[point].append((x, what))
+        return tried
+
+    look(on_grid)
     # Of each end of a range: what is stable, what is not.
     ends = {
         (point, side): [values[index][0], values[index + side][0]]
         for point, values in found.items()
-        if (span := widest[point])
-        for side, index in ((-1, span[0]), (1, span[1]))
+        if (span := _widest(values))
+        for side, index in zip((-1, 1), span, strict=True)
         if 0 <= index + side < len(values)
     }
     for _ in range(steps):
         asked = [(point, math.sqrt(a * b)) for (point, _), (a, b) in ends.items()]
-        for end, (point, x), what in zip(
-            ends.items(), asked, try_all(asked), strict=True
-        ):
-            end[1][1 if what.wrong else 0] = x
-            found[point].append((x, what))
-    return [
-        _make_cell(
-            point,
-            found[point],
-            widest[point],
-            [ends.get((point, side), [None])[0] for side in (-1, 1)],
-        )
-        for point in points
-    ]
+        for end, (_, x), what in zip(ends.values(), asked, look(asked), strict=True):
+            end[1 if what.wrong else 0] = x
+    looked_inside: set[tuple[_Point, int, float]] = set()
+    for _ in range(_ROUNDS if steps else 0):
+        asked = []
+        for point in points:
+            grid = MAPS[point[0]].scan.grid
+            values = _in_order(found[point])
+            low, high = (values[i][0] for i in _widest(values) or (0, -1))
+            for side, found_end, last in ((-1, low, grid[0]), (1, high, grid[-1])):
+                if found_end == last or (point, side, found_end) in looked_inside:
+                    continue
+                looked_inside.add((point, side, found_end))
+                inside = (found_end * 2 ** (-side * i / _CHECKS) for i in _INSIDE)
+                asked += [(point, x) for x in inside if low < x < high]
+        look(asked)
+    return [_make_cell(point, _in_order(found[point])) for point in points]
 
 
 _Point = tuple[str, str, float]
@@ -263,27 +278,26 @@ def _stable_spans(values: Sequence[tuple[float, _Tried]]) -> list[tuple[int, int
     return spans
 
 
+def _in_order(values: Sequence[tuple[float, _Tried]]) -> list[tuple[float, _Tried]]:
+    return sorted(values, key=lambda tried: tried[0])
+
+
 def _widest(values: Sequence[tuple[float, _Tried]]) -> tuple[int, int] | None:
-    spans = _stable_spans(values)
-    return max(spans, key=lambda span: span[1] - span[0], default=None)
+    return max(
+        _stable_spans(values),
+        key=lambda span: values[span[1]][0] / values[span[0]][0],
+        default=None,
+    )
 
 
-def _make_cell(
-    point: _Point,
-    values: Sequence[tuple[float, _Tried]],
-    span: tuple[int, int] | None,
-    ends: Sequence[float | None],
-) -> Cell:
+def _make_cell(point: _Point, values: Sequence[tuple[float, _Tried]]) -> Cell:
     not_made = next((what.not_made for _, what in values if what.not_made), "")
     if not_made:
         return Cell(*point, math.nan, math.nan, 0, "", not_made)
+    span = _widest(values)
     if span is None:
         return Cell(*point, 0.0, 0.0, 0, values[0][1].wrong, "")
-    grid = values[: len(MAPS[point[0]].scan.grid)]
-    low, high = (
-        grid[index][0] if end is None else end
-        for index, end in zip(span, ends, strict=True)
-    )
+    low, high = (values[index][0] for index in span)
     # Of what is not stable, nearest to the range.
     outside = [
         (abs(math.log(x / end)), what.wrong)
@@ -292,7 +306,7 @@ def _make_cell(
         if what.wrong
     ]
     why = min(outside, default=(0.0, ""))[1]
-    return Cell(*point, low, high, len(_stable_spans(grid)), why, "")
+    return Cell(*point, low, high, len(_stable_spans(values)), why, "")
 
 
 def cell_text(cell: Cell) -> str:

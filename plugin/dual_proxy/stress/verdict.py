@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
 from dual_proxy._core import ArmMismatchParams
@@ -33,6 +34,12 @@ class Verdict(NamedTuple):
     safety: list[str]
     stability: list[str]
     """Each begins with the name of what was watched."""
+
+    @property
+    def limits(self) -> list[str]:
+        """What of safety is wrong: names of limits, of any joint, each once."""
+        names = (re.sub(r"^joint \d+", "joint", text) for text in self.safety)
+        return list(dict.fromkeys(re.sub(r"[ -]*\d.*", "", name) for name in names))
 
     @property
     def kinds(self) -> list[str]:
