@@ -578,7 +578,7 @@ def _add_stress(commands: Any) -> None:
         epilog="The same command goes on where it was interrupted.",
     )
     add = command.add_argument
-    add("--quick", action="store_true", help="a slice, in seconds, without maps")
+    add("--quick", action="store_true", help="a slice, in a minute or two, no maps")
     add("--cases", type=int, metavar="N", help="how many")
     add("--first", type=int, metavar="N", help="number of the first one (default: 0)")
     add(
@@ -600,6 +600,12 @@ def _add_stress(commands: Any) -> None:
         help="in which the case is run (default: bare)",
     )
     add("--page", type=Path, metavar="MD", help="page to be filled")
+    add(
+        "--map",
+        metavar="NAME",
+        help="one map of stability alone, with the values of --set (docs/stability.md)",
+    )
+    _add_settings(command)
     _add_many(command, "out/stress")
 
 
@@ -607,6 +613,10 @@ def _stress(options: argparse.Namespace) -> int:
     # Here, as it draws: other commands need not wait for that.
     from dual_proxy.stress.command import FULL, QUICK, explain, stress
 
+    if options.map is not None:
+        return _map(options)
+    if options.settings:
+        raise ScenarioError("--set: expected with --map")
     of_many = ("quick", "cases", "first", "page", "cluster")
     of_one = ("only", "engine")
     for name in of_one if options.case is None else of_many:
@@ -652,6 +662,29 @@ def _stress(options: argparse.Namespace) -> int:
         )
     status = _NOT_MADE if report.not_made else _RUN_FAILED
     return _fail("; ".join(problems), status) if problems else 0
+
+
+def _map(options: argparse.Namespace) -> int:
+    # Here, as it draws: other commands need not wait for that.
+    from dual_proxy.stress.command import map_own
+    from dual_proxy.stress.maps import MAPS
+
+    if options.map not in MAPS:
+        raise ScenarioError(
+            f"--map: expected one of {'; '.join(MAPS)}, got {options.map!r}"
+        )
+    for name in ("quick", "cases", "first", "page", "case", "only", "engine"):
+        if getattr(options, name) not in (None, False):
+            raise ScenarioError(f"--{name}: expected without --map")
+    out = options.out or Path("out/stress")
+    overrides = dict(map(_setting, options.settings))
+    table, not_made = map_own(
+        options.map, overrides, out, options.jobs, options.cluster
+    )
+    print(f"{MAPS[options.map].title}\n\n{table}\n\nsaved: {out / 'map.png'}")
+    if not_made:
+        return _fail(f"runs could not be made, the first {not_made[0]}", _NOT_MADE)
+    return 0
 
 
 def _add_keys(commands: Any) -> None:

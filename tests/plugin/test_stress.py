@@ -572,6 +572,22 @@ def test_a_cell_is_the_widest_range(monkeypatch, is_stable, text):
     assert len(names) <= len(found) * (9 + 2 * 5 + 2 * 2 * 6)
 
 
+def test_a_lab_maps_its_own_values(monkeypatch, tmp_path, capsys):
+    name = "force gain, torque delay"
+    one = maps.MAPS[name]
+    rows = {"1e4 N/m": one.rows["1e4 N/m"]}
+    monkeypatch.setitem(maps.MAPS, name, one._replace(rows=rows, values=(3.0,)))
+    tables = {}
+    for delay in ("0", "0.008"):
+        words = ["--map", name, "--set", f"sensor.delay={delay}"]
+        out = str(tmp_path / delay)
+        assert main(["stress", *words, "--out", out]) == 0
+        tables[delay] = capsys.readouterr().out.splitlines()[4]
+        assert (tmp_path / delay / "map.png").stat().st_size > 1e4
+    assert tables["0"].startswith("| 1e4 N/m | 0.1 - ")
+    assert tables["0"] != tables["0.008"]
+
+
 def test_a_static_offset_is_not_unstable():
     """position_force follows 8 mm behind at 1e3 N/m, and rests; it swings at 1e4."""
     base = change_scenario("plane", scheme="position_force", overrides=maps._press())
@@ -606,6 +622,11 @@ def test_a_map_is_the_same_when_a_worker_dies(monkeypatch):
         (["--case", "1", "--page", "x.md"], "--page: expected without --case"),
         (["--case", "1", "--cluster", "xx"], "--cluster: expected without --case"),
         (["--only", "hand"], "--only: expected with --case"),
+        (["--set", "duration=3"], "--set: expected with --map"),
+        (["--map", "x"], "--map: expected one of delay; control period; "),
+        (["--map", "delay", "--case", "3"], "--case: expected without --map"),
+        (["--map", "delay", "--set", "link.delay=1"], "link.delay: expected another"),
+        (["--map", "delay", "--set", "link.dely=1"], "unknown key 'dely'"),
         (["--engine", "drake"], "--engine: expected with --case"),
         (["--case", "307", "--only", "delay"], "or nothing, got 'delay'"),
         (["--quick", "--page", "x.md"], "--page: expected the whole benchmark"),

@@ -31,7 +31,16 @@ from dual_proxy.stress.maps import MAPS, Cell, cell_text, draw_maps, find_ranges
 from dual_proxy.stress.verdict import Verdict, judge, rest_time
 from dual_proxy.watch import Watched
 
-__all__ = ["FULL", "PAGE_MARKS", "QUICK", "Plan", "Report", "explain", "stress"]
+__all__ = [
+    "FULL",
+    "PAGE_MARKS",
+    "QUICK",
+    "Plan",
+    "Report",
+    "explain",
+    "map_own",
+    "stress",
+]
 
 #: What names the tables' places in a page.
 PAGE_MARKS = tuple(
@@ -400,6 +409,49 @@ def _sample(bench: Bench, cases: Sequence[Case], every: int) -> list[Case]:
     blocks = (cases[i : i + every] for i in range(0, len(cases), every))
     firsts = (next(filter(bench.has_drake, block), None) for block in blocks)
     return [case for case in firsts if case is not None]
+
+
+def map_own(
+    name: str,
+    overrides: dict[str, Any],
+    out: str | Path = "out/stress",
+    jobs: int | None = None,
+    cluster: str | None = None,
+) -> tuple[str, list[str]]:
+    """Make one map of stability, of a lab's own values.
+
+    Parameters
+    ----------
+    name : str
+        Of `MAPS`.
+    overrides : dict
+        Of scene `plane`, as of `Scenario.with_overrides`.
+    out, jobs, cluster
+        As for `stress`; the folder gets map.png, and keeps the runs.
+
+    Returns
+    -------
+    table : str
+        Markdown.
+    not_made : list of str
+        Why runs are not there.
+
+    Raises
+    ------
+    ScenarioError
+        If a value is wrong, or what the map changes anyway.
+    """
+    with RunsFolder(out, "stress") as folder:
+        cells = find_ranges(
+            folder,
+            [name],
+            workers=jobs,
+            progress=_Ticker(),
+            cluster=cluster,
+            overrides=overrides,
+        )
+        draw_maps(cells, folder.path / "map.png")
+    return _map_table(name, cells), [cell.not_made for cell in cells if cell.not_made]
 
 
 def explain(

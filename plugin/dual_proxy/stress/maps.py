@@ -167,6 +167,7 @@ def find_ranges(
     workers: int | None = None,
     progress: Callable[[str], None] | None = None,
     cluster: str | None = None,
+    overrides: Overrides | None = None,
 ) -> list[Cell]:
     """Find the range that is stable, for each row and column of maps.
 
@@ -182,10 +183,23 @@ def find_ranges(
         Of `MAPS`, and of their rows; by default all.
     steps : int
         How often a range's ends are halved.
+    overrides : dict, optional
+        Of scene `plane`, as of `Scenario.with_overrides`: a lab's own values.
     folder, workers, progress, cluster
         As for `run_many`.
+
+    Raises
+    ------
+    ScenarioError
+        If a value is wrong, or what a map changes anyway.
     """
-    base = change_scenario("plane", overrides=_press())
+    own = overrides or {}
+    for name in maps:
+        if taken := sorted(own.keys() & _changed_by(name)):
+            raise ScenarioError(
+                f"{taken[0]}: expected another key, map {name!r} has its own values"
+            )
+    base = change_scenario("plane", overrides=_press() | own)
     points = [
         (name, row, value)
         for name in maps
@@ -254,6 +268,13 @@ def find_ranges(
 
 
 _Point = tuple[str, str, float]
+
+
+def _changed_by(name: str) -> set[str]:
+    """The keys that a map has values of."""
+    a_map = MAPS[name]
+    rows = (key for row in a_map.rows.values() for key in row)
+    return {a_map.scan.key, *rows, *a_map.overrides(a_map.values[0]), *_press()}
 
 
 def _what_is_wrong(result: Result, scenario: Scenario) -> _Tried:
