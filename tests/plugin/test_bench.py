@@ -362,6 +362,8 @@ def test_every_rate_has_its_row_with_each_of_what_is_between(controls):
         assert row["yardsticks"] > 0
         assert row["stable"] == row["runs"] == plan.seeds
         assert 0 < row["hand_ac_N"] < 0.5
+        assert 0 < row["tracking_m"] < 0.005
+        assert 0 < row["normal_deg"] < 5
 
 
 def test_faster_control_has_smaller_errors(controls):

@@ -4,8 +4,9 @@
 Scene `plane` with the bare engine over rates of control and what else stands
 between controller and plant: the force sensor's low-pass and delay, steps between
 the torques that joints can give. The plant's step is always that of the reference.
-Errors are of scheme `position_force`, which draws no random numbers; force ripple
-and stability are of `dual_proxy`, with the sensor's noise.
+Errors against the reference are of scheme `position_force`, which draws no random
+numbers; of `dual_proxy`, with the sensor's noise, it is how far the tool is from the
+hand's way, the filter's normal from the true one, the ripple, and whether it is stable.
 """
 
 from __future__ import annotations
@@ -40,7 +41,12 @@ __all__ = ["FULL", "QUICK", "SUBJECT", "Plan", "control_table", "measure"]
 Row = dict[str, Any]
 
 # Metric of a run -> its key in a row.
-_RIPPLE = {"haptic_force_ac_N": "hand_ac_N", "contact_force_ac_N": "contact_ac_N"}
+_OF_DUAL_PROXY = {
+    "position_rms_free_delay_compensated_m": "tracking_m",
+    "normal_error_mean_deg": "normal_deg",
+    "haptic_force_ac_N": "hand_ac_N",
+    "contact_force_ac_N": "contact_ac_N",
+}
 
 
 class Between(NamedTuple):
@@ -114,10 +120,11 @@ def measure(plan: Plan, jobs: int | None = None) -> list[Row]:
     rows
         Each with `rate_Hz`, `between`; of `position_force` `us_per_ms` and
         `yardsticks` (see `Cost`), `position_um` and `force_N` (root mean squares
-        while sliding, against the reference); of `dual_proxy` over 20 s
-        `hand_ac_N` and `contact_ac_N` (mean over its seeds of what swings about
-        the average over 0.5 s in steady contact; None without such), of `runs`
-        the `stable`.
+        while sliding, against the reference); of `dual_proxy` over 20 s, as means over
+        its seeds, `tracking_m` (root mean square in the free directions), `normal_deg`
+        (of the filter's normal), `hand_ac_N` and `contact_ac_N` (what swings about the
+        average over 0.5 s in steady contact; None without such), of `runs` the
+        `stable`.
     """
     step = 1.0 / plan.reference_rate
 
@@ -149,7 +156,7 @@ def measure(plan: Plan, jobs: int | None = None) -> list[Row]:
             {"rate_Hz": rate, "between": between.name}
             | least_cost([cost for _, cost in runs])._asdict()
             | {key: errors[key] for key in ("position_um", "force_N")}
-            | summarise_runs([next(results) for _ in range(plan.seeds)], _RIPPLE)
+            | summarise_runs([next(results) for _ in range(plan.seeds)], _OF_DUAL_PROXY)
         )
     return rows
 
@@ -159,7 +166,8 @@ def control_table(rows: Iterable[Row]) -> str:
     return markdown_table(
         [
             *("in between", "control, Hz", "us per simulated ms", "yardsticks"),
-            *("position, um", "force, N", "hand AC, N", "contact AC, N", "stable"),
+            *("position, um", "force, N", "tracking, mm", "normal, deg"),
+            *("hand AC, N", "contact AC, N", "stable"),
         ],
         (
             [
@@ -169,7 +177,11 @@ def control_table(rows: Iterable[Row]) -> str:
                     number_text(row[key])
                     for key in ("us_per_ms", "yardsticks", "position_um", "force_N")
                 ),
-                *(optional_text(row[key]) for key in _RIPPLE.values()),
+                number_text(1e3 * row["tracking_m"]),
+                *(
+                    optional_text(row[key])
+                    for key in ("normal_deg", "hand_ac_N", "contact_ac_N")
+                ),
                 f"{row['stable']} of {row['runs']}",
             ]
             for row in rows
