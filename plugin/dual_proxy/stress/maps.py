@@ -175,7 +175,8 @@ def find_ranges(
     comes to rest (`judge`, `swings`). What a scenario's checks refuse is not. All
     cells are looked at on the grid first, then both ends of the widest range are
     halved, those of all cells at the same time. Then the inside of each end is tried up
-    to half (twice) of it: what is not stable there ends the range.
+    to half (twice) of it: what is not stable there ends the range, which is looked for
+    again.
 
     Parameters
     ----------
@@ -230,39 +231,37 @@ def find_ranges(
     on_grid = [(point, x) for point in points for x in MAPS[point[0]].scan.grid]
     found: dict[_Point, list[tuple[float, _Tried]]] = {point: [] for point in points}
 
-    def look(asked: Sequence[tuple[_Point, float]]) -> list[_Tried]:
+    def look(asked: Sequence[tuple[_Point, float]]) -> None:
         """Try and keep what came of it."""
-        tried = try_all(asked)
-        for (point, x), what in zip(asked, tried, strict=True):
+        for (point, x), what in zip(asked, try_all(asked), strict=True):
             found[point].append((x, what))
-        return tried
 
     look(on_grid)
-    # Of each end of a range: what is stable, what is not.
-    ends = {
-        (point, side): [values[index][0], values[index + side][0]]
-        for point, values in found.items()
-        if (span := _widest(values))
-        for side, index in zip((-1, 1), span, strict=True)
-        if 0 <= index + side < len(values)
-    }
-    for _ in range(steps):
-        asked = [(point, math.sqrt(a * b)) for (point, _), (a, b) in ends.items()]
-        for end, (_, x), what in zip(ends.values(), asked, look(asked), strict=True):
-            end[1 if what.wrong else 0] = x
-    looked_inside: set[tuple[_Point, int, float]] = set()
+
+    def all_ends() -> list[tuple[_Point, _End]]:
+        return [(point, end) for point in points for end in _ends(found[point])]
+
+    settled: set[tuple[_Point, int, float]] = set()
     for _ in range(_ROUNDS if steps else 0):
+        moved = {
+            (point, end.side)
+            for point, end in all_ends()
+            if (point, end.side, end.value) not in settled
+        }
+        for _ in range(steps):
+            look(
+                [
+                    (point, math.sqrt(end.value * end.beyond))
+                    for point, end in all_ends()
+                    if (point, end.side) in moved
+                ]
+            )
         asked = []
-        for point in points:
-            grid = MAPS[point[0]].scan.grid
-            values = _in_order(found[point])
-            low, high = (values[i][0] for i in _widest(values) or (0, -1))
-            for side, found_end, last in ((-1, low, grid[0]), (1, high, grid[-1])):
-                if found_end == last or (point, side, found_end) in looked_inside:
-                    continue
-                looked_inside.add((point, side, found_end))
-                inside = (found_end * 2 ** (-side * i / _CHECKS) for i in _INSIDE)
-                asked += [(point, x) for x in inside if low < x < high]
+        for point, end in all_ends():
+            if (point, end.side) in moved:
+                settled.add((point, end.side, end.value))
+                inside = (end.value * 2 ** (-end.side * i / _CHECKS) for i in _INSIDE)
+                asked += [(point, x) for x in inside if end.side * (x - end.other) > 0]
         look(asked)
     return [_make_cell(point, _in_order(found[point])) for point in points]
 
@@ -309,6 +308,29 @@ def _widest(values: Sequence[tuple[float, _Tried]]) -> tuple[int, int] | None:
         key=lambda span: values[span[1]][0] / values[span[0]][0],
         default=None,
     )
+
+
+class _End(NamedTuple):
+    side: int
+    """-1: the lower, 1: the upper."""
+    value: float
+    beyond: float
+    """The next one that was tried, which is not stable."""
+    other: float
+    """The other end."""
+
+
+def _ends(tried: Sequence[tuple[float, _Tried]]) -> list[_End]:
+    """The ends of the widest range, but for those that are the last of the grid."""
+    values = _in_order(tried)
+    span = _widest(values)
+    if span is None:
+        return []
+    return [
+        _End(side, values[here][0], values[here + side][0], values[there][0])
+        for side, here, there in ((-1, *span), (1, *reversed(span)))
+        if 0 <= here + side < len(values)
+    ]
 
 
 def _make_cell(point: _Point, values: Sequence[tuple[float, _Tried]]) -> Cell:
