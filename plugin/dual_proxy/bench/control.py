@@ -177,7 +177,7 @@ def control_table(rows: Iterable[Row]) -> str:
                     number_text(row[key])
                     for key in ("us_per_ms", "yardsticks", "position_um", "force_N")
                 ),
-                number_text(1e3 * row["tracking_m"]),
+                _millimetres(row["tracking_m"]),
                 *(
                     optional_text(row[key])
                     for key in ("normal_deg", "hand_ac_N", "contact_ac_N")
@@ -187,6 +187,10 @@ def control_table(rows: Iterable[Row]) -> str:
             for row in rows
         ),
     )
+
+
+def _millimetres(metres: float | None) -> str:
+    return optional_text(None if metres is None else 1e3 * metres)
 
 
 def draw(results: Results, path: Path) -> None:
