@@ -209,15 +209,18 @@ def find_ranges(
         for value in MAPS[name].values
     ]
 
-    def try_all(asked: Sequence[tuple[_Point, float]]) -> list[_Tried]:
-        """Return what is wrong with each point at a value of what is tried."""
+    on_grid = [(point, x) for point in points for x in MAPS[point[0]].scan.grid]
+    found: dict[_Point, list[tuple[float, _Tried]]] = {point: [] for point in points}
+
+    def look(asked: Sequence[tuple[_Point, float]]) -> None:
+        """Try points at a value of what is tried, and keep what is wrong there."""
         plan: dict[int, Job] = {}
         tried: dict[int, _Tried] = {}
         for place, ((name, row, value), x) in enumerate(asked):
             a_map = MAPS[name]
-            overrides = a_map.rows[row] | a_map.overrides(value) | {a_map.scan.key: x}
+            changes = a_map.rows[row] | a_map.overrides(value) | {a_map.scan.key: x}
             try:
-                scenario = base.with_overrides(overrides)
+                scenario = base.with_overrides(changes)
             except ScenarioError as error:
                 tried[place] = _Tried(f"refused: {error}")
                 continue
@@ -226,15 +229,8 @@ def find_ranges(
         results = run_many(list(plan.values()), folder, workers, progress, cluster)
         for (place, job), result in zip(plan.items(), results, strict=True):
             tried[place] = _what_is_wrong(result, job.scenario)
-        return [tried[place] for place in range(len(asked))]
-
-    on_grid = [(point, x) for point in points for x in MAPS[point[0]].scan.grid]
-    found: dict[_Point, list[tuple[float, _Tried]]] = {point: [] for point in points}
-
-    def look(asked: Sequence[tuple[_Point, float]]) -> None:
-        """Try and keep what came of it."""
-        for (point, x), what in zip(asked, try_all(asked), strict=True):
-            found[point].append((x, what))
+        for place, (point, x) in enumerate(asked):
+            found[point].append((x, tried[place]))
 
     look(on_grid)
 
